@@ -1,0 +1,1 @@
+"""The navigate module: map, route planning, position estimation and driving."""

@@ -1,0 +1,130 @@
+"""Messages that the navigate module serves.
+
+Map locations are in the papers' map units, read as centimetres; everything else is SI.
+"""
+
+from __future__ import annotations
+
+import enum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tca_bus import Command, Goal, Query
+
+
+class NavigationFailure(enum.StrEnum):
+    """Why `NavigateToGoal` failed: the names of its failures on the bus."""
+
+    BUMP = "bump"
+    """Contacts that backing out did not cure."""
+    CORRIDOR_BLOCKED = "corridor_blocked"
+    """Something stands in the corridor, and there is no way round."""
+    DOOR_BLOCKED = "door_blocked"
+    """The door on the way is closed or obstructed."""
+    LOST = "lost"
+    """The position estimate fell apart."""
+    NO_PROGRESS = "no_progress"
+    """The robot did not get nearer for too long."""
+    NO_ROUTE = "no_route"
+    """The map has no way there."""
+
+
+class Position(BaseModel):
+    """Where the navigator believes the robot to be.
+
+    Metres and radians in the map frame; ``deviation`` is the standard deviation of the position
+    in metres, ``heading_deviation`` that of the heading in radians; ``room`` is the room at
+    whose place it stands, if any.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    x: float
+    y: float
+    theta: float
+    deviation: float
+    heading_deviation: float
+    room: str | None
+    time: float
+
+
+class NavigationReport(BaseModel):
+    """What a drive came to: the result of `NavigateToGoal`, and the data of its failures."""
+
+    model_config = ConfigDict(frozen=True)
+
+    position: Position
+    metres: float
+    seconds: float
+    recoveries: int
+
+
+class NavigateToGoal(Goal[NavigationReport]):
+    """Drive to a map location (``x``, ``y`` in map units, that is centimetres).
+
+    Succeeds when the navigator believes to be there; fails with a `NavigationFailure` name and
+    a `NavigationReport` as data. Source: Haigh & Veloso, section 4.
+    """
+
+    wire_name = "navigateToG"
+
+    x: float = Field(allow_inf_nan=False, description="map units (cm)")
+    y: float = Field(allow_inf_nan=False, description="map units (cm)")
+
+
+class WhereAmI(Query[Position]):
+    """Ask for the position estimate."""
+
+    wire_name = "navigateWhere"
+
+
+class SetPosition(Command[Position]):
+    """Tell the navigator that the robot stands at ``room``, as a person said."""
+
+    wire_name = "C_setPosition"
+
+    room: str
+
+
+class RoomLocation(BaseModel):
+    """A room and the map location of its place, in map units (cm)."""
+
+    model_config = ConfigDict(frozen=True)
+
+    room: str
+    x: float
+    y: float
+
+
+class WhereIsRoom(Query[RoomLocation]):
+    """Ask for the map location of a room."""
+
+    wire_name = "navigateRoom"
+
+    room: str
+
+
+class Rooms(Query[list[RoomLocation]]):
+    """Ask for all rooms of the map."""
+
+    wire_name = "navigateRooms"
+
+
+class Route(BaseModel):
+    """A path: way points in metres, the spaces and doors it passes, its length and time."""
+
+    model_config = ConfigDict(frozen=True)
+
+    points: list[tuple[float, float]]
+    via: list[str]
+    metres: float
+    seconds: float
+
+
+class PlanRoute(Query[Route]):
+    """Ask for the best route from one place to another; from here when ``start`` is empty."""
+
+    wire_name = "navigateRoute"
+
+    goal: str
+    start: str | None = None

@@ -1,0 +1,172 @@
+"""What can go wrong on the bus.
+
+::
+
+    TcaError
+    ├── ConfigError            an option is wrong                      exit 2
+    ├── InvalidMessageError    a payload does not fit its message      exit 2
+    ├── NoHandlerError         nobody here handles the message         exit 3
+    ├── TimedOutError          no answer in time                       exit 4
+    ├── BusGoneError           no router, or it went away              exit 5
+    ├── ClosedError            this module was closed by its owner     exit 6
+    ├── KilledError            the task was killed or cancelled        exit 6
+    ├── RefusedError           the other side may not or will not      exit 7
+    ├── PeerLostError          the module that had it died             exit 1
+    ├── HandlerFailedError     the handler of a query raised           exit 1
+    └── TaskFailedError        a goal or command failed                exit 1
+
+`TaskError` is not in the tree: it is what a *handler* raises to fail with a name and data.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any, ClassVar
+
+from pydantic import BaseModel
+
+from tca_bus._failure import Failure
+
+
+def near_matches(word: str, known: Iterable[str], *, most: int = 3) -> list[str]:
+    """The names in ``known`` that look most like ``word``, the nearest first."""
+    by_lower = {name.lower(): name for name in known}
+    hits = difflib.get_close_matches(word.lower(), by_lower, n=most, cutoff=0.5)
+    return [by_lower[hit] for hit in hits]
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A sentence with near matches, to append to an error; empty when nothing is near."""
+    hits = near_matches(word, known)
+    return f" Did you mean {' or '.join(repr(hit) for hit in hits)}?" if hits else ""
+
+
+class TcaError(Exception):
+    """Base of all errors of `tca_bus`. ``exit_code`` is what command lines end with."""
+
+    exit_code: ClassVar[int] = 1
+
+
+class ConfigError(TcaError, ValueError):
+    """An option has a value that cannot be used."""
+
+    exit_code = 2
+
+    def __init__(self, option: str, value: object, expected: str) -> None:
+        self.option, self.value, self.expected = option, value, expected
+        super().__init__(f"{option} is {value!r}, expected {expected}")
+
+
+class InvalidMessageError(TcaError, ValueError):
+    """A payload does not fit its message type."""
+
+    exit_code = 2
+
+    def __init__(self, message: str, problems: list[str]) -> None:
+        self.message, self.problems = message, problems
+        super().__init__(f"this is no valid {message!r}: {'; '.join(problems)}")
+
+
+class NoHandlerError(TcaError, LookupError):
+    """No module on the bus handles the message."""
+
+    exit_code = 3
+
+    def __init__(self, message: str, known: Iterable[str] = ()) -> None:
+        self.message = message
+        self.near = near_matches(message, known)
+        super().__init__(f"no module handles {message!r}.{did_you_mean(message, known)}")
+
+
+class TimedOutError(TcaError, TimeoutError):
+    """No answer came in time; the other side may still be at it."""
+
+    exit_code = 4
+
+    def __init__(self, what: str, seconds: float) -> None:
+        self.what, self.seconds = what, seconds
+        super().__init__(f"{what}: no answer within {seconds:g} s")
+
+
+class BusGoneError(TcaError, ConnectionError):
+    """The router cannot be reached."""
+
+    exit_code = 5
+
+    def __init__(self, endpoint: str, why: str = "") -> None:
+        self.endpoint, self.why = endpoint, why
+        reason = f" ({why})" if why else ""
+        super().__init__(
+            f"no router at {endpoint}{reason}. Start one with 'tca router' or 'rogue up', "
+            "or name another with --connect"
+        )
+
+
+class ClosedError(TcaError):
+    """The module was closed by its owner; nothing more can be sent from it."""
+
+    exit_code = 6
+
+    def __init__(self, module: str) -> None:
+        self.module = module
+        super().__init__(f"module {module!r} is closed")
+
+
+class KilledError(TcaError):
+    """The task was killed or cancelled before it ended by itself."""
+
+    exit_code = 6
+
+    def __init__(self, task: str, reason: str) -> None:
+        self.task, self.reason = task, reason
+        super().__init__(f"task {task} was killed: {reason}")
+
+
+class RefusedError(TcaError, PermissionError):
+    """The other side may not or will not do it."""
+
+    exit_code = 7
+
+    def __init__(self, what: str, why: str) -> None:
+        self.what, self.why = what, why
+        super().__init__(f"{what} was refused: {why}")
+
+
+class PeerLostError(TcaError, ConnectionError):
+    """The module that worked on it died before it answered."""
+
+    def __init__(self, module: str, what: str) -> None:
+        self.module, self.what = module, what
+        super().__init__(f"module {module!r} was lost while it handled {what!r}")
+
+
+class HandlerFailedError(TcaError):
+    """The handler of a query or inform raised."""
+
+    def __init__(self, failure: Failure) -> None:
+        self.failure = failure
+        super().__init__(failure.sentence())
+
+
+class TaskFailedError(TcaError):
+    """A goal or a command failed; ``failure`` says why, with the chain of causes."""
+
+    def __init__(self, task: str, failure: Failure) -> None:
+        self.task, self.failure = task, failure
+        super().__init__(failure.sentence())
+
+
+class TaskError(Exception):
+    """Raised by a handler: it failed, for a reason that has a name and may have data."""
+
+    def __init__(
+        self,
+        name: str,
+        text: str,
+        *,
+        data: BaseModel | dict[str, Any] | None = None,
+    ) -> None:
+        self.name, self.text = name, text
+        self.data = data.model_dump(mode="json") if isinstance(data, BaseModel) else data
+        super().__init__(text)

@@ -1,0 +1,109 @@
+"""The message classes of TCA as pydantic models.
+
+A message type is a subclass of its TCA class; awaiting a ``Query[Reply]`` gives a ``Reply``
+to a type checker too. Source: Simmons, *Structured control for autonomous robots* (1994).
+"""
+
+from __future__ import annotations
+
+import enum
+from typing import Any, ClassVar, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict
+
+ReplyT = TypeVar("ReplyT")
+ResultT = TypeVar("ResultT")
+
+ModuleLostPolicy = Literal["fail", "resend"]
+
+
+class MessageClass(enum.StrEnum):
+    """The TCA class of a message type."""
+
+    INFORM = "inform"
+    """One way, to the modules that handle it."""
+    BROADCAST = "broadcast"
+    """One way, to whoever listens; no listener is no error."""
+    QUERY = "query"
+    """Asked and answered, outside the task tree."""
+    MULTI_QUERY = "multi_query"
+    """A query to every handler; the replies come fastest first."""
+    GOAL = "goal"
+    """A node of the task tree that a handler expands."""
+    COMMAND = "command"
+    """A node of the task tree that a handler executes."""
+    EXCEPTION = "exception"
+    """A named failure with data that handlers up the tree may catch."""
+
+
+class Message(BaseModel):
+    """Base of all message types.
+
+    ``wire_name`` is the name on the bus; it defaults to the class name with a small initial.
+    ``revision`` grows when the fields change.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, ser_json_inf_nan="constants")
+
+    message_class: ClassVar[MessageClass]
+    wire_name: ClassVar[str] = ""
+    revision: ClassVar[int] = 1
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Give a wire name to a type that did not choose one."""
+        super().__pydantic_init_subclass__(**kwargs)
+        if "wire_name" not in cls.__dict__:
+            cls.wire_name = cls.__name__[:1].lower() + cls.__name__[1:]
+
+
+class Inform(Message):
+    """A one-way message to the modules that handle it."""
+
+    message_class = MessageClass.INFORM
+
+
+class Broadcast(Message):
+    """A one-way message to every module that listens."""
+
+    message_class = MessageClass.BROADCAST
+
+
+class Query(Message, Generic[ReplyT]):
+    """A question that one module answers with a ``ReplyT``."""
+
+    message_class = MessageClass.QUERY
+
+
+class MultiQuery(Message, Generic[ReplyT]):
+    """A question that all handling modules answer with a ``ReplyT`` each."""
+
+    message_class = MessageClass.MULTI_QUERY
+
+
+class TaskMessage(Message, Generic[ResultT]):
+    """A message that becomes a node of the task tree: a goal or a command.
+
+    ``on_module_lost`` says what becomes of a node whose handling module dies: it fails with
+    ``module_lost``, or it is sent again to the next provider.
+    """
+
+    on_module_lost: ClassVar[ModuleLostPolicy] = "fail"
+
+
+class Goal(TaskMessage[ResultT], Generic[ResultT]):
+    """A node that its handler expands; handling starts when planning starts."""
+
+    message_class = MessageClass.GOAL
+
+
+class Command(TaskMessage[ResultT], Generic[ResultT]):
+    """A node that its handler executes; handling starts when achievement starts."""
+
+    message_class = MessageClass.COMMAND
+
+
+class TcaException(Message):
+    """A named failure that carries data up the task tree."""
+
+    message_class = MessageClass.EXCEPTION

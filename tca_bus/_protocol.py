@@ -1,0 +1,336 @@
+"""What modules and central say to each other: queries of their own, readable like any other.
+
+A module submits a task to central and gets an acknowledgement; central asks the handling
+module to take it; that module reports the outcome to central. Each of these may be sent again
+without harm: tasks are told apart by id, tries of one task by their attempt number.
+"""
+
+from __future__ import annotations
+
+import enum
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tca_bus._failure import Failure
+from tca_bus._messages import Broadcast, Query
+
+TASK_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._:+-]{0,119}$"
+"""A task id is one chunk of a key expression, made by the sender."""
+
+
+class Constraint(enum.IntFlag):
+    """The temporal constraints of a new node (TCA's flags, ``tca.md`` 3.6)."""
+
+    NONE = 0
+    SEQ_ACH = 1
+    """End(Achieve(previous sibling)) <= Start(Achieve(this))."""
+    SEQ_PLANNING = 2
+    """End(Plan(previous sibling)) <= Start(Plan(this))."""
+    PLAN_FIRST = 4
+    """End(Plan(this)) <= Start(Achieve(this))."""
+    DELAY_PLANNING = 8
+    """Start(Plan(this)) = Start(Achieve(this))."""
+
+
+class TaskState(enum.StrEnum):
+    """The one word for a node that people and scripts see (TCA's reference status)."""
+
+    INACTIVE = "inactive"
+    """Held back by a temporal constraint."""
+    PENDING = "pending"
+    """Free to start, waiting for its handler."""
+    ACTIVE = "active"
+    """Its handler is running."""
+    HANDLED = "handled"
+    """Its handler is done, its children are not."""
+    PLANNED = "planned"
+    """It and all below it are expanded."""
+    ACHIEVED = "achieved"
+    """It and all below it are carried out."""
+    FAILED = "failed"
+    """It ended in a failure."""
+    KILLED = "killed"
+    """It was killed before it ended by itself."""
+
+
+ENDED = frozenset({TaskState.ACHIEVED, TaskState.FAILED, TaskState.KILLED})
+"""The states that never change again."""
+
+
+class Handling(enum.StrEnum):
+    """First phase: the handler."""
+
+    UNHANDLED = "unhandled"
+    HANDLING = "handling"
+    HANDLED = "handled"
+
+
+class Planning(enum.StrEnum):
+    """Second phase: the expansion of the node and all below it."""
+
+    UNPLANNED = "unplanned"
+    PLANNING = "planning"
+    PLANNED = "planned"
+
+
+class Achievement(enum.StrEnum):
+    """Third phase: the carrying out of the node and all below it."""
+
+    UNACHIEVED = "unachieved"
+    ACHIEVING = "achieving"
+    ACHIEVED = "achieved"
+
+
+class Existence(enum.StrEnum):
+    """Fourth phase: being there at all."""
+
+    ALIVE = "alive"
+    TERMINATING = "terminating"
+    TERMINATED = "terminated"
+
+
+class TaskStatus(BaseModel):
+    """A task node as central publishes it on ``<realm>/task/<sender>/<id>``.
+
+    ``sequence`` grows with each change of the node: of two statuses the higher one is newer.
+    Times are those of central's clock, seconds since the epoch. ``waiting_for`` says in words
+    what an inactive or pending node waits for.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    name: str
+    task_class: Literal["goal", "command"]
+    sender: str
+    parent: str | None
+    state: TaskState
+    handling: Handling
+    planning: Planning
+    achievement: Achievement
+    existence: Existence
+    handler: str | None = None
+    attempt: int = 0
+    data: dict[str, Any] = Field(default_factory=dict)
+    result: Any = None
+    failure: Failure | None = None
+    waiting_for: str | None = None
+    priority: int = 0
+    created: float
+    started: float | None = None
+    ended: float | None = None
+    sequence: int
+
+    @property
+    def is_ended(self) -> bool:
+        """Whether this status is final."""
+        return self.state in ENDED
+
+
+class SubmitTask(Query[TaskStatus]):
+    """Module to central: make this node. Sent twice it makes one node.
+
+    ``parent`` is the id of the node from whose handler it comes, None for the root.
+    Refused with ``no_handler`` when no module provides the message and none comes within
+    ``wait_for_handler`` seconds.
+    """
+
+    wire_name = "tca.submit"
+
+    id: str = Field(pattern=TASK_ID_PATTERN)
+    name: str
+    task_class: Literal["goal", "command"]
+    message_revision: int = 1
+    data: dict[str, Any]
+    sender: str
+    parent: str | None = None
+    constraints: int = Field(default=int(Constraint.SEQ_ACH), ge=0, le=15)
+    priority: int = 0
+    on_module_lost: Literal["fail", "resend"] = "fail"
+    wait_for_handler: float = Field(default=0.0, ge=0)
+
+
+class KillTask(Query[TaskStatus]):
+    """Anybody to central: kill the node and all below it, or only what is below it."""
+
+    wire_name = "tca.kill"
+
+    id: str = Field(pattern=TASK_ID_PATTERN)
+    reason: str = "killed by request"
+    only_below: bool = False
+
+
+class FindTask(Query[TaskStatus]):
+    """Anybody to central: the status of one task, also of one that ended long ago."""
+
+    wire_name = "tca.task"
+
+    id: str = Field(pattern=TASK_ID_PATTERN)
+
+
+class ListTasks(Query[list[TaskStatus]]):
+    """Anybody to central: the nodes that are alive, or those at and below ``id``.
+
+    With ``ended`` set the last ended top-level tasks are there too.
+    """
+
+    wire_name = "tca.tasks"
+
+    id: str | None = None
+    ended: bool = False
+
+
+class LogEntry(BaseModel):
+    """One line of the task history, from the journal."""
+
+    model_config = ConfigDict(frozen=True)
+
+    number: int
+    time: float
+    task: str
+    name: str
+    event: str
+    text: str
+
+
+class ReadLog(Query[list[LogEntry]]):
+    """Anybody to central: the history after entry number ``after``, at most ``most`` lines."""
+
+    wire_name = "tca.log"
+
+    after: int = 0
+    most: int = Field(default=1000, ge=1, le=10_000)
+    task: str | None = None
+
+
+class Taken(BaseModel):
+    """A module's word that it works on a task, or has the outcome ready."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    attempt: int
+
+
+class HandleTask(Query[Taken]):
+    """Central to a module: handle this node. Sent twice for one attempt it is handled once."""
+
+    wire_name = "tca.handle"
+
+    id: str = Field(pattern=TASK_ID_PATTERN)
+    attempt: int = Field(ge=1)
+    name: str
+    task_class: Literal["goal", "command"]
+    message_revision: int = 1
+    data: dict[str, Any]
+    sender: str
+    parent: str | None = None
+
+
+class CancelTask(Query[Taken]):
+    """Central to a module: stop handling this node; its outcome is still to be reported."""
+
+    wire_name = "tca.cancel"
+
+    id: str = Field(pattern=TASK_ID_PATTERN)
+    attempt: int = Field(ge=1)
+    reason: str
+
+
+class Outcome(enum.StrEnum):
+    """How a handler ended."""
+
+    SUCCESS = "success"
+    FAILURE = "failure"
+    KILLED = "killed"
+
+
+class ReportOutcome(Query[Taken]):
+    """The handling module to central: how the handler ended.
+
+    ``seen_failures`` are the children whose failures the handler received itself; they do not
+    fail the node. Repeated until central has acknowledged it, which it does after journaling.
+    """
+
+    wire_name = "tca.report"
+
+    id: str = Field(pattern=TASK_ID_PATTERN)
+    attempt: int = Field(ge=1)
+    outcome: Outcome
+    result: Any = None
+    failure: Failure | None = None
+    seen_failures: tuple[str, ...] = ()
+
+
+class ProvidedMessage(BaseModel):
+    """A message that a module handles, with the JSON schemas of it and of its answer."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    message_class: str
+    revision: int
+    summary: str
+    message_schema: dict[str, Any]
+    reply_schema: dict[str, Any] | None
+
+
+class ModuleCard(BaseModel):
+    """What a module says of itself: who it is, what it provides, what it has lost."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    incarnation: str
+    pid: int
+    host: str
+    version: str
+    started: float
+    provides: list[ProvidedMessage]
+    dropped: dict[str, int]
+    invalid: int
+    handling: list[str]
+
+
+class Describe(Query[ModuleCard]):
+    """Anybody to a module: introduce yourself."""
+
+    wire_name = "tca.describe"
+
+
+class Heartbeat(Broadcast):
+    """A module's event loop still turns; ``lag`` is by how many seconds it came late."""
+
+    wire_name = "tca.heartbeat"
+
+    module: str
+    incarnation: str
+    number: int
+    lag: float
+
+
+class SimulatedTime(Broadcast):
+    """The simulated time, from the module that makes it.
+
+    ``time`` is seconds since the epoch, ``speed`` simulated seconds per wall second, None for
+    lockstep.
+    """
+
+    wire_name = "tca.simTime"
+
+    time: float
+    speed: float | None
+
+
+class AwaitTime(Broadcast):
+    """A module waits on simulated time until ``until``; None when it waits no more.
+
+    At full speed simulated time moves only for those who wait. Repeated every wall second.
+    """
+
+    wire_name = "tca.awaitTime"
+
+    module: str
+    incarnation: str
+    until: float | None

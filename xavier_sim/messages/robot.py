@@ -1,0 +1,108 @@
+"""What the base, its sensors and the simulated building say and hear.
+
+Frames and units follow REP-103 and REP-105: metres, seconds, radians counter-clockwise,
+x forward, y left; ``odom`` is continuous and drifts, ``map`` does not.
+"""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tca_bus import Broadcast, Inform, Query
+from tca_bus.arrays import Float32Array
+
+SONAR_COUNT = 24
+"""Sonars on Xavier's ring: number i looks ``i * 15`` degrees to the left of straight ahead."""
+
+BUMP_PANELS = 8
+"""Bump panels round the base: panel i is centred ``i * 45`` degrees to the left of ahead."""
+
+
+class Sensors(Broadcast):
+    """All that the robot senses at one control tick.
+
+    ``sonar`` has shape (24,), metres, ``inf`` where no echo came back; a sonar reading is new
+    when its bit in ``sonar_fresh`` is set. ``odom`` has shape (3,): x, y in metres and theta in
+    radians in the odometry frame. With ``lockstep`` set the world waits for a `Drive` that
+    answers this ``tick``.
+    """
+
+    wire_name = "xavierSensors"
+
+    tick: int = Field(ge=0)
+    time: float
+    period: float = Field(gt=0)
+    lockstep: bool
+    sonar: Float32Array
+    sonar_fresh: int = Field(ge=0, lt=1 << SONAR_COUNT)
+    odom: Float32Array
+    speed: float
+    turn_rate: float
+    bump: int = Field(ge=0, lt=1 << BUMP_PANELS)
+
+
+class Drive(Inform):
+    """Velocities for the synchro-drive base, as the answer to the sensors of ``tick``.
+
+    ``speed`` in m/s, ``turn_rate`` in rad/s, counter-clockwise positive. ``busy`` says that the
+    driver has a goal; while nobody is busy, simulated time at full speed moves only for those
+    who wait on the clock.
+    """
+
+    wire_name = "xavierDrive"
+
+    tick: int = Field(ge=0)
+    speed: float = Field(ge=-2.0, le=2.0)
+    turn_rate: float = Field(ge=-4.0, le=4.0)
+    busy: bool
+
+
+class TrueLocation(BaseModel):
+    """Where the robot really is; the simulator knows, the robot does not.
+
+    ``room`` is the room in or before whose door it stands, if any. ``metres`` is the distance
+    driven since the world began, ``bumps`` the number of contacts, ``time`` simulated seconds
+    since the epoch.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    x: float
+    y: float
+    theta: float
+    room: str | None
+    space: str | None
+    metres: float
+    bumps: int
+    tick: int
+    time: float
+
+
+class WhereReally(Query[TrueLocation]):
+    """Ask the simulator for the truth: for people who look, and for tests."""
+
+    wire_name = "xavierTrueLocation"
+
+
+class DoorState(BaseModel):
+    """One door of the building as it stands now."""
+
+    model_config = ConfigDict(frozen=True)
+
+    room: str
+    open: bool
+
+
+class MoveDoor(Query[DoorState]):
+    """Open or close the door of a room, or a corridor door by its name."""
+
+    wire_name = "xavierDoor"
+
+    room: str
+    open: bool
+
+
+class WorldDoors(Query[list[DoorState]]):
+    """Ask how every door stands."""
+
+    wire_name = "xavierDoors"
