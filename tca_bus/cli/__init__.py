@@ -1,0 +1,19 @@
+"""What every command line of the house shares: flags, running, errors, tables."""
+
+from tca_bus.cli._app import make_app
+from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags, bus_options
+from tca_bus.cli._output import emit, emit_json, note, show_table, stdout_is_terminal
+from tca_bus.cli._run import run_app
+
+__all__ = [
+    "DEFAULT_FLAGS",
+    "BusFlags",
+    "bus_options",
+    "emit",
+    "emit_json",
+    "make_app",
+    "note",
+    "run_app",
+    "show_table",
+    "stdout_is_terminal",
+]

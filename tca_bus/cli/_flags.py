@@ -1,0 +1,67 @@
+"""The flags that every command has, and the bus options they stand for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
+
+if TYPE_CHECKING:
+    from tca_bus import BusOptions
+
+BUS_GROUP = Group("Bus", sort_key=100)
+
+LogLevel = Literal["debug", "info", "warning", "error"]
+
+
+@Parameter(name="*", group=BUS_GROUP)
+@dataclass(frozen=True, kw_only=True)
+class BusFlags:
+    """The shared flags of all command lines.
+
+    Take it as a keyword-only parameter ``flags: BusFlags = DEFAULT_FLAGS``. A value comes from
+    the command line, else from the environment, else from the file named by ``--config``.
+    """
+
+    connect: Annotated[str, Parameter(env_var="TCA_CONNECT")] = "tcp/127.0.0.1:7447"
+    """Zenoh endpoint of the router."""
+    realm: Annotated[str, Parameter(env_var="TCA_REALM")] = "xavier"
+    """First part of all keys: one realm per robot."""
+    config: Annotated[Path | None, Parameter(env_var="TCA_CONFIG")] = None
+    """TOML file with values for flags; those of one command in a table [TOOL.COMMAND]."""
+    json: Annotated[bool, Parameter(negative="", env_var="TCA_JSON")] = False
+    """Print JSON instead of tables."""
+    log_level: Annotated[LogLevel, Parameter(env_var="TCA_LOG_LEVEL")] = "info"
+    """Least level of what is logged on standard error."""
+    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative="")] = False
+    """Log everything, same as --log-level debug."""
+    clock: Annotated[Literal["wall", "sim"], Parameter(env_var="TCA_CLOCK")] = "wall"
+    """Time base of what waits for the world."""
+
+    @property
+    def level(self) -> str:
+        """The log level in force."""
+        return "debug" if self.verbose else self.log_level
+
+
+DEFAULT_FLAGS = BusFlags()
+
+
+def bus_options(flags: BusFlags) -> BusOptions:
+    """Turn the flags into the options of a `tca_bus.Module`.
+
+    Raises:
+        ConfigError: the realm or the endpoint cannot be used.
+    """
+    from pydantic import ValidationError  # noqa: PLC0415 - only commands on the bus pay for it
+
+    from tca_bus import BusOptions, ConfigError  # noqa: PLC0415 - same
+
+    try:
+        return BusOptions(connect=flags.connect, realm=flags.realm, clock=flags.clock)
+    except ValidationError as error:
+        first = error.errors()[0]
+        option = "--" + ".".join(str(part) for part in first["loc"])
+        raise ConfigError(option, first["input"], first["msg"]) from None
