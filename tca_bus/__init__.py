@@ -1,5 +1,7 @@
 """TCA, the Task Control Architecture, on Eclipse Zenoh: typed messages and a task tree."""
 
+from tca_bus._clock import Clock
+from tca_bus._context import Context, TaskContext
 from tca_bus._errors import (
     BusGoneError,
     ClosedError,
@@ -18,6 +20,8 @@ from tca_bus._errors import (
     near_matches,
 )
 from tca_bus._failure import Failure
+from tca_bus._handle import TaskHandle
+from tca_bus._logs import configure_logging
 from tca_bus._messages import (
     Broadcast,
     Command,
@@ -30,15 +34,23 @@ from tca_bus._messages import (
     TaskMessage,
     TcaException,
 )
+from tca_bus._module import Module
+from tca_bus._options import BusOptions
+from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import Constraint, TaskState, TaskStatus
+from tca_bus._router import Router
+from tca_bus._subscription import Subscription
 
 __all__ = [
     "Broadcast",
     "BusGoneError",
+    "BusOptions",
+    "Clock",
     "ClosedError",
     "Command",
     "ConfigError",
     "Constraint",
+    "Context",
     "Failure",
     "Goal",
     "HandlerFailedError",
@@ -47,19 +59,27 @@ __all__ = [
     "KilledError",
     "Message",
     "MessageClass",
+    "Module",
     "MultiQuery",
     "NoHandlerError",
     "PeerLostError",
+    "PresenceChange",
+    "PresentModule",
     "Query",
     "RefusedError",
+    "Router",
+    "Subscription",
+    "TaskContext",
     "TaskError",
     "TaskFailedError",
+    "TaskHandle",
     "TaskMessage",
     "TaskState",
     "TaskStatus",
     "TcaError",
     "TcaException",
     "TimedOutError",
+    "configure_logging",
     "did_you_mean",
     "near_matches",
 ]

@@ -1,0 +1,74 @@
+"""What a module needs to know to join the bus."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
+
+from tca_bus._errors import ConfigError
+
+CHUNK_PATTERN = re.compile(r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")
+"""A module or realm name: one chunk of a Zenoh key, without wildcards."""
+
+ENDPOINT_PATTERN = re.compile(r"^(tcp|tls|quic|udp|ws)/[^\s/]+:\d{1,5}$|^unixsock-stream/\S+$")
+"""A Zenoh endpoint: protocol, slash, address."""
+
+CHUNK_EXPECTED = "1 to 100 letters, digits, '.', '_' or '-', beginning with a letter or digit"
+ENDPOINT_EXPECTED = "a Zenoh endpoint such as tcp/127.0.0.1:7447"
+
+
+class BusOptions(BaseModel):
+    """How to join the bus.
+
+    ``connect`` is the router's Zenoh endpoint, ``realm`` the first chunk of all keys,
+    ``connect_timeout`` the wall seconds to wait for a router, ``clock`` what `Module.clock`
+    follows: the wall, or the simulated time that the robot broadcasts.
+
+    Raises:
+        ConfigError: A value cannot be used; it names the option and what was expected.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    connect: str = "tcp/127.0.0.1:7447"
+    realm: str = "xavier"
+    connect_timeout: float = 5.0
+    clock: Literal["wall", "sim"] = "wall"
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise _as_config_error(error) from error
+
+    @field_validator("connect")
+    @classmethod
+    def _check_endpoint(cls, value: str) -> str:
+        if not ENDPOINT_PATTERN.fullmatch(value):
+            raise ValueError(ENDPOINT_EXPECTED)
+        return value
+
+    @field_validator("realm")
+    @classmethod
+    def _check_realm(cls, value: str) -> str:
+        if not CHUNK_PATTERN.fullmatch(value):
+            raise ValueError(CHUNK_EXPECTED)
+        return value
+
+    @field_validator("connect_timeout")
+    @classmethod
+    def _check_timeout(cls, value: float) -> float:
+        if not 0 < value < float("inf"):
+            raise ValueError("a positive number of seconds")
+        return value
+
+
+def _as_config_error(error: ValidationError) -> ConfigError:
+    problem = error.errors()[0]
+    option = ".".join(str(part) for part in problem["loc"]) or "options"
+    expected = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "extra_forbidden":
+        expected = f"one of the options {', '.join(BusOptions.model_fields)}"
+    return ConfigError(option, problem["input"], expected)
