@@ -264,13 +264,17 @@ class ReportOutcome(Query[Taken]):
 
 
 class ProvidedMessage(BaseModel):
-    """A message that a module handles, with the JSON schemas of it and of its answer."""
+    """A message that a module handles, with the JSON schemas of it and of its answer.
+
+    ``capacity`` is how many of it the module handles at once; central holds back the rest.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     name: str
     message_class: str
     revision: int
+    capacity: int = 1
     summary: str
     message_schema: dict[str, Any]
     reply_schema: dict[str, Any] | None
