@@ -1,0 +1,71 @@
+"""Dead reckoning that drifts: what the wheels say, which is not where the robot is."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from xavier_sim.noise import restore_stream, stream, stream_state
+from xavier_sim.profile import OdometryProfile
+
+
+class Odometry:
+    """Integrates motion with errors of scale and drift, noise, and jumps at bumps.
+
+    The estimate is in the odometry frame, which starts at zero where the robot starts.
+    """
+
+    def __init__(self, profile: OdometryProfile, seed: int) -> None:
+        self._profile = profile
+        self._random = stream(seed, "odometry")
+        draw = self._random.standard_normal
+        self._scale = 1.0 + profile.scale_bias * float(draw())
+        self._drift = profile.drift_bias * float(draw())
+        self._turn_scale = 1.0 + profile.turn_bias * float(draw())
+        self.x, self.y, self.theta = 0.0, 0.0, 0.0
+
+    def move(self, distance: float, turn: float) -> None:
+        """Take in the true motion of one control tick: metres along the heading, radians."""
+        profile, draw = self._profile, self._random.standard_normal(3)
+        root = math.sqrt(abs(distance))
+        noise = profile.distance_noise * root * float(draw[0])
+        seen = distance * self._scale + noise
+        seen_turn = turn * self._turn_scale + self._drift * abs(distance)
+        seen_turn += profile.turn_noise * math.sqrt(abs(turn)) * float(draw[1])
+        seen_turn += profile.drift_noise * root * float(draw[2])
+        middle = self.theta + seen_turn / 2
+        self.x += seen * math.cos(middle)
+        self.y += seen * math.sin(middle)
+        self.theta = wrap(self.theta + seen_turn)
+
+    def jolt(self) -> None:
+        """Jump a little, as wheels do that were knocked."""
+        draw = self._random.standard_normal(3)
+        self.x += self._profile.bump_jump * float(draw[0])
+        self.y += self._profile.bump_jump * float(draw[1])
+        self.theta = wrap(self.theta + self._profile.bump_turn * float(draw[2]))
+
+    def pose(self) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+        """x, y in metres and theta in radians, shape (3,)."""
+        return np.array([self.x, self.y, self.theta], dtype=np.float32)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything that `restore` needs, as plain numbers."""
+        return {
+            "pose": [self.x, self.y, self.theta],
+            "errors": [self._scale, self._drift, self._turn_scale],
+            "random": stream_state(self._random),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a snapshot."""
+        self.x, self.y, self.theta = state["pose"]
+        self._scale, self._drift, self._turn_scale = state["errors"]
+        restore_stream(self._random, state["random"])
+
+
+def wrap(angle: float) -> float:
+    """The same angle in (-pi, pi]."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
