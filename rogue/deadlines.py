@@ -1,0 +1,72 @@
+"""Deadlines as people write them."""
+
+from __future__ import annotations
+
+import re
+from datetime import datetime, timedelta
+
+from rogue.errors import DeadlineError
+
+DEFAULT_SECONDS = 3600.0
+"""A request without a deadline has one hour (Haigh & Veloso 1997, node 5)."""
+
+LONGEST_SECONDS = 366 * 86400.0
+"""Deadlines beyond a year are taken for slips of the pen."""
+
+_UNITS = {"s": 1.0, "sec": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
+_PART = re.compile(r"(\d+(?:\.\d+)?)\s*(sec|s|min|m|h|d)", re.IGNORECASE)
+_RELATIVE = re.compile(rf"\+?\s*(?:{_PART.pattern}\s*)+", re.IGNORECASE)
+_CLOCK = re.compile(r"([01]?\d|2[0-3]):([0-5]\d)")
+
+
+def read_deadline(text: str | None, now: float) -> float:
+    """Read a deadline in seconds since the epoch; without one it is an hour ahead.
+
+    Clock times without a zone are local time; ``HH:MM`` is the one nearest to now.
+
+    Raises:
+        DeadlineError: ``text`` cannot be read, or names a time that has passed.
+    """
+    if text is None or not text.strip():
+        return now + DEFAULT_SECONDS
+    deadline = _read(text.strip(), now)
+    if deadline is None:
+        raise DeadlineError(text, "cannot be read")
+    if deadline <= now:
+        raise DeadlineError(text, f"has passed (it is {show_time(now)})")
+    if deadline > now + LONGEST_SECONDS:
+        raise DeadlineError(text, "is more than a year away")
+    return deadline
+
+
+def show_time(when: float) -> str:
+    """A time as the papers' request messages have it: ``Oct 1 12:51``."""
+    moment = datetime.fromtimestamp(when).astimezone()
+    return f"{moment:%b} {moment.day} {moment:%H:%M}"
+
+
+def show_deadline(when: float) -> str:
+    """A deadline as the papers' request messages have it: ``Wed Oct 1 13:48``."""
+    moment = datetime.fromtimestamp(when).astimezone()
+    return f"{moment:%a} {show_time(when)}"
+
+
+def _read(text: str, now: float) -> float | None:
+    if _RELATIVE.fullmatch(text):
+        parts = _PART.findall(text)
+        return now + sum(float(number) * _UNITS[unit.lower()] for number, unit in parts)
+    if clock := _CLOCK.fullmatch(text):
+        return _nearest_clock_time(int(clock[1]), int(clock[2]), now)
+    try:
+        return datetime.fromisoformat(text).astimezone().timestamp()
+    except (ValueError, OverflowError):
+        return None
+
+
+def _nearest_clock_time(hour: int, minute: int, now: float) -> float:
+    """At ten to midnight 00:30 is tomorrow's, at half past two 14:00 has passed."""
+    today = datetime.fromtimestamp(now).astimezone()
+    moment = today.replace(hour=hour, minute=minute, second=0, microsecond=0)
+    if today - moment > timedelta(hours=12):
+        moment += timedelta(days=1)
+    return moment.timestamp()

@@ -1,0 +1,211 @@
+"""Messages that the rogue module serves: requests of users, and what became of them.
+
+Times are seconds since the epoch on the module's clock; rooms, users and items are names in
+lower case as in the papers (``r-5303``, ``mitchell``, ``delivermail``).
+"""
+
+from __future__ import annotations
+
+import enum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tca_bus import Broadcast, Query
+
+REQUEST_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+"""A request's id, made by whoever posts it."""
+
+
+class RequestState(enum.StrEnum):
+    """Where a request stands."""
+
+    QUEUED = "queued"
+    """Accepted; nothing was done for it yet."""
+    UNDERWAY = "underway"
+    """The robot has begun to serve it."""
+    SUSPENDED = "suspended"
+    """Begun, and put aside for a more urgent one."""
+    COMPLETED = "completed"
+    """The item was delivered."""
+    FAILED = "failed"
+    """It could not be done; the reason says why."""
+    CANCELED = "canceled"
+    """Somebody took it back."""
+
+    @property
+    def is_final(self) -> bool:
+        """Whether a request in this state stays there."""
+        return self in FINAL_STATES
+
+
+FINAL_STATES = frozenset({RequestState.COMPLETED, RequestState.FAILED, RequestState.CANCELED})
+"""The states that never change again."""
+
+
+class DeliveryRequest(BaseModel):
+    """One errand of one user, as `rogue requests --json` shows it.
+
+    ``rank`` is PersonRank + TaskRank; ``finished`` and ``reason`` stay None until it has ended.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    user: str
+    item: str
+    pickup: str
+    deliver: str
+    state: RequestState
+    rank: int
+    posted: float
+    deadline: float
+    finished: float | None = None
+    reason: str | None = None
+
+
+class PostRequest(Query[DeliveryRequest]):
+    """Ask for an errand. Posted twice with one id it is one request.
+
+    What is missing is filled in from the people directory. ``deadline`` is a time as people
+    write it: ISO 8601, ``HH:MM``, or from now on: ``+30m``, ``1h``. Answered only after the
+    request is on disk. Refused, with what would be right, as one of `Refusal`.
+    """
+
+    wire_name = "rogueRequest"
+
+    id: str = Field(pattern=REQUEST_ID_PATTERN)
+    user: str = Field(min_length=1, max_length=64)
+    item: str = Field(min_length=1, max_length=64)
+    pickup: str | None = Field(default=None, max_length=64)
+    deliver: str | None = Field(default=None, max_length=64)
+    deadline: str | None = Field(default=None, max_length=64)
+    why: str | None = Field(default=None, max_length=1000)
+
+
+class Refusal(enum.StrEnum):
+    """Why a message of this module was refused: the names of its failures on the bus."""
+
+    UNKNOWN_USER = "unknown_user"
+    """The people directory has nobody of that name."""
+    UNKNOWN_ITEM = "unknown_item"
+    """Nothing of that name is carried."""
+    UNKNOWN_ROOM = "unknown_room"
+    """The map has no such room."""
+    SAME_ROOM = "same_room"
+    """Pickup and delivery are one place."""
+    BAD_DEADLINE = "bad_deadline"
+    """The deadline cannot be read, or has passed."""
+    ID_TAKEN = "id_taken"
+    """Another request has this id."""
+    UNKNOWN_REQUEST = "unknown_request"
+    """No request has this id."""
+    NOT_READY = "not_ready"
+    """The navigator, who knows the rooms, is not there."""
+
+
+class ListRequests(Query[list[DeliveryRequest]]):
+    """Ask for all requests, the oldest first; with ``open_only`` for those not yet ended."""
+
+    wire_name = "rogueRequests"
+
+    open_only: bool = False
+
+
+class StepView(BaseModel):
+    """One executed operator: when, and what came of it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    operator: str
+    state: str
+    started: float
+    ended: float | None
+    outcome: str | None
+
+
+class RequestDetails(BaseModel):
+    """A request with what was done for it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    request: DeliveryRequest
+    why: str | None
+    on_tray: bool
+    steps: list[StepView]
+
+
+class ShowRequest(Query[RequestDetails]):
+    """Ask for one request in full."""
+
+    wire_name = "rogueShow"
+
+    id: str = Field(pattern=REQUEST_ID_PATTERN)
+
+
+class CancelRequest(Query[DeliveryRequest]):
+    """Take a request back. One that has ended already stays as it is."""
+
+    wire_name = "rogueCancel"
+
+    id: str = Field(pattern=REQUEST_ID_PATTERN)
+    reason: str = Field(default="canceled by its user", min_length=1, max_length=400)
+
+
+class RequestChanged(Broadcast):
+    """A request is new or has changed its state."""
+
+    wire_name = "rogueRequestChanged"
+
+    request: DeliveryRequest
+
+
+class TraceLine(Broadcast):
+    """One line of the conversation as the paper's Figure 6 prints it; ``seq`` counts from 1."""
+
+    wire_name = "rogueTraceLine"
+
+    seq: int
+    time: float
+    text: str
+
+
+class ReadTrace(Query[list[TraceLine]]):
+    """Ask for the trace lines after line ``after``, at most ``most`` of them."""
+
+    wire_name = "rogueTrace"
+
+    after: int = Field(default=0, ge=0)
+    most: int = Field(default=1000, ge=1, le=10_000)
+
+
+class PlanView(BaseModel):
+    """The search as it stands: the node lines printed so far, and the steps executed."""
+
+    model_config = ConfigDict(frozen=True)
+
+    planning: bool
+    nodes: list[str]
+    executed: list[str]
+
+
+class ShowPlan(Query[PlanView]):
+    """Ask for the search tree of the run that goes on, or of the last one."""
+
+    wire_name = "roguePlan"
+
+
+class WhyReport(BaseModel):
+    """What led a request to where it is, in sentences, the oldest first."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    sentences: list[str]
+
+
+class Why(Query[WhyReport]):
+    """Ask why a request stands where it does."""
+
+    wire_name = "rogueWhy"
+
+    id: str = Field(pattern=REQUEST_ID_PATTERN)
