@@ -1,0 +1,20 @@
+"""What stands behind ``rogue up``: processes started in order, kept running, ended cleanly."""
+
+from tca_bus.launcher._errors import GaveUpError, LauncherError, PortInUseError, StartFailedError
+from tca_bus.launcher._office import Launcher
+from tca_bus.launcher._ready import ModulePresent, Ready, RouterListening
+from tca_bus.launcher._restart import RestartPolicy
+from tca_bus.launcher._spec import ProcessSpec
+
+__all__ = [
+    "GaveUpError",
+    "Launcher",
+    "LauncherError",
+    "ModulePresent",
+    "PortInUseError",
+    "ProcessSpec",
+    "Ready",
+    "RestartPolicy",
+    "RouterListening",
+    "StartFailedError",
+]
