@@ -44,20 +44,21 @@ class Contact:
 class Physics:
     """A disc with a heading on a floor of static segments.
 
-    pymunk keeps neither cached contacts (``collision_persistence`` 0) nor pushing-out velocities
-    (``collision_bias`` 1) from step to step: overlap is undone here, so that pose and velocities
-    are the whole state and a restored world goes on bit for bit.
+    Between two steps pymunk keeps neither cached contacts (the robot's shape is put in anew
+    after a touch) nor pushing-out velocities (``collision_bias`` 1; overlap is undone here). So
+    pose and velocities are the whole state, and a restored world goes on bit for bit. Setting
+    ``collision_persistence`` to 0 instead would switch the response to collisions off.
     """
 
     def __init__(self, geometry: Geometry, base: BaseProfile, start: BodyState) -> None:
         self._space = pymunk.Space()
-        self._space.collision_persistence = 0
+        self._space.collision_persistence = 1
         self._space.collision_bias = 1.0
         self._space.collision_slop = 0.0
         self._touches: list[tuple[float, float, float]] = []
         self._add_walls(geometry.walls)
         self._doors = [self._segment(*row) for row in geometry.doors]
-        self._body = self._add_robot(base)
+        self._body, self._shape = self._add_robot(base)
         self._space.on_collision(ROBOT, WALL, pre_solve=self._touched)
         self.state = start
 
@@ -99,6 +100,8 @@ class Physics:
         for nx, ny, depth in self._touches:
             x, y = x - nx * depth, y - ny * depth
         self._body.position = (x, y)
+        self._space.remove(self._shape)
+        self._space.add(self._shape)
         return [Contact(math.atan2(ny, nx), depth) for nx, ny, depth in self._touches]
 
     def _touched(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
@@ -119,10 +122,10 @@ class Physics:
         self._space.add(shape)
         return shape
 
-    def _add_robot(self, base: BaseProfile) -> pymunk.Body:
+    def _add_robot(self, base: BaseProfile) -> tuple[pymunk.Body, pymunk.Circle]:
         body = pymunk.Body(base.mass, pymunk.moment_for_circle(base.mass, 0.0, base.radius))
         shape = pymunk.Circle(body, base.radius)
         shape.friction, shape.elasticity, shape.collision_type = 0.3, 0.0, ROBOT
         shape.filter = pymunk.ShapeFilter(categories=2)
         self._space.add(body, shape)
-        return body
+        return body, shape

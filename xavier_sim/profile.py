@@ -6,6 +6,8 @@ import math
 
 from pydantic import BaseModel, ConfigDict
 
+from xavier_sim.messages import SONAR_CONE, SONAR_FARTHEST, SONAR_NEAREST, SONAR_RING_RADIUS
+
 PHYSICS_STEP = 0.02
 """Seconds of one physics step."""
 
@@ -62,12 +64,11 @@ class SonarProfile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    ring_radius: float = 0.25
-    """Readings start from the ring, this far from the robot's centre."""
-    cone: float = math.radians(22.5)
+    ring_radius: float = SONAR_RING_RADIUS
+    cone: float = SONAR_CONE
     rays: int = 5
-    nearest: float = 0.2
-    farthest: float = 6.5
+    nearest: float = SONAR_NEAREST
+    farthest: float = SONAR_FARTHEST
     noise: float = 0.015
     noise_share: float = 0.01
     specular_from: float = math.radians(55.0)

@@ -57,7 +57,9 @@ class RayCaster:
         hit[hit > self._reach] = np.inf
         return hit, cosine[rows, nearest]
 
-    def _meet(self, near: NDArray[np.intp], origins: Floats, angles: Floats) -> tuple[Floats, Floats]:
+    def _meet(
+        self, near: NDArray[np.intp], origins: Floats, angles: Floats
+    ) -> tuple[Floats, Floats]:
         """All rays against the segments ``near``: distances and cosines, shape (k, len(near))."""
         ux, uy = np.cos(angles)[:, None], np.sin(angles)[:, None]
         along, start = self._along[near], self._start[near]

@@ -106,7 +106,6 @@ class World:
         before = self._physics.state
         touches, prevented = self._drive(*clip_command(self.profile.base, speed, turn_rate))
         now = self._physics.state
-        self._physics.state = now
         self.tick += 1
         self.metres += math.hypot(now.x - before.x, now.y - before.y)
         self._reckon(before, now, prevented)

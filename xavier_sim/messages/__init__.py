@@ -3,7 +3,11 @@
 from xavier_sim.messages.floorplan import Corner, Door, FloorPlan, Space, SpaceKind
 from xavier_sim.messages.robot import (
     BUMP_PANELS,
+    SONAR_CONE,
     SONAR_COUNT,
+    SONAR_FARTHEST,
+    SONAR_NEAREST,
+    SONAR_RING_RADIUS,
     DoorState,
     Drive,
     MoveDoor,
@@ -16,7 +20,11 @@ from xavier_sim.messages.speech import Ask, Heard, ItemMoved, Say, Spoken, Typed
 
 __all__ = [
     "BUMP_PANELS",
+    "SONAR_CONE",
     "SONAR_COUNT",
+    "SONAR_FARTHEST",
+    "SONAR_NEAREST",
+    "SONAR_RING_RADIUS",
     "Ask",
     "Corner",
     "Door",

@@ -6,6 +6,8 @@ x forward, y left; ``odom`` is continuous and drifts, ``map`` does not.
 
 from __future__ import annotations
 
+import math
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus import Broadcast, Inform, Query
@@ -14,6 +16,18 @@ from tca_bus.arrays import Float32Array
 SONAR_COUNT = 24
 """Sonars on Xavier's ring: number i looks ``i * 15`` degrees to the left of straight ahead."""
 
+SONAR_RING_RADIUS = 0.25
+"""Metres from the robot's centre to its sonars: readings start there."""
+
+SONAR_CONE = math.radians(22.5)
+"""Opening of a sonar's cone, radians: the nearest echo in it is the reading."""
+
+SONAR_NEAREST = 0.2
+"""A reading is never smaller, metres: what is nearer reads as this."""
+
+SONAR_FARTHEST = 6.5
+"""A reading is never greater, metres, but for ``inf``: no echo."""
+
 BUMP_PANELS = 8
 """Bump panels round the base: panel i is centred ``i * 45`` degrees to the left of ahead."""
 
@@ -21,8 +35,8 @@ BUMP_PANELS = 8
 class Sensors(Broadcast):
     """All that the robot senses at one control tick.
 
-    ``sonar`` has shape (24,), metres, ``inf`` where no echo came back; a sonar reading is new
-    when its bit in ``sonar_fresh`` is set. ``odom`` has shape (3,): x, y in metres and theta in
+    ``sonar`` has shape (24,), metres from the ring (`SONAR_RING_RADIUS` off the centre), ``inf``
+    where no echo came back; a sonar reading is new when its bit in ``sonar_fresh`` is set. ``odom`` has shape (3,): x, y in metres and theta in
     radians in the odometry frame. With ``lockstep`` set the world waits for a `Drive` that
     answers this ``tick``.
     """
