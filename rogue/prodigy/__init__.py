@@ -1,0 +1,90 @@
+"""PRODIGY4.0 as a library: a means-ends planner that can be interrupted and can execute.
+
+Pure and synchronous: no asyncio, no input or output beyond reading domain and problem texts.
+``Search`` is driven by its caller one event at a time; ``solve`` runs one to its end.
+"""
+
+from __future__ import annotations
+
+from rogue.prodigy._domain import Domain, Effect, Operator
+from rogue.prodigy._errors import (
+    FunctionError,
+    LiteralError,
+    PdlError,
+    Position,
+    ProdigyError,
+    SequenceError,
+    UnknownNameError,
+)
+from rogue.prodigy._events import (
+    Announced,
+    Choice,
+    Decided,
+    Event,
+    Execute,
+    Executed,
+    Failed,
+    Finished,
+    NodeKind,
+    NodeView,
+    Poll,
+    Rerooted,
+    RuleFired,
+    StepView,
+)
+from rogue.prodigy._instance import Instance
+from rogue.prodigy._options import Mode, PollPoint, SearchOptions
+from rogue.prodigy._problem import Problem
+from rogue.prodigy._result import SearchResult, Status
+from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule, RuleSet
+from rogue.prodigy._search import Search
+from rogue.prodigy._state import State
+from rogue.prodigy._terms import Literal, Value
+from rogue.prodigy._types import Objects
+from rogue.prodigy._view import SearchView
+
+__all__ = [
+    "Action",
+    "Announced",
+    "Candidate",
+    "Choice",
+    "DecideRule",
+    "Decided",
+    "Domain",
+    "Effect",
+    "Event",
+    "Execute",
+    "Executed",
+    "Failed",
+    "Finished",
+    "FunctionError",
+    "Instance",
+    "Literal",
+    "LiteralError",
+    "Mode",
+    "NodeKind",
+    "NodeView",
+    "Objects",
+    "Operator",
+    "PdlError",
+    "Poll",
+    "PollPoint",
+    "Position",
+    "PreferRule",
+    "Problem",
+    "ProdigyError",
+    "Rerooted",
+    "Rule",
+    "RuleFired",
+    "RuleSet",
+    "Search",
+    "SearchOptions",
+    "SearchResult",
+    "SearchView",
+    "SequenceError",
+    "State",
+    "Status",
+    "StepView",
+    "UnknownNameError",
+    "Value",
+]

@@ -1,0 +1,90 @@
+"""Domains: types, operators, functions and control rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from rogue.prodigy._expressions import TRUE, Expression, VariableSpec
+from rogue.prodigy._terms import Atom
+from rogue.prodigy._types import TypeTree
+
+if TYPE_CHECKING:
+    from rogue.prodigy._rules import RuleSet
+
+Function = Callable[..., object]
+"""A function that a domain names: a test gives a truth value, a generator an iterable of values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One change: an atom added or deleted.
+
+    Attributes:
+        atom: What becomes true or false.
+        adds: True for add, False for delete.
+        variables: Variables that range over all values of their types.
+        condition: Must hold in the state before; TRUE for an unconditional effect.
+    """
+
+    atom: Atom
+    adds: bool
+    variables: tuple[VariableSpec, ...] = ()
+    condition: Expression = TRUE
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """An operator schema.
+
+    Attributes:
+        name: In lower case.
+        params: Variables shown with the name, in order, angle brackets included.
+        variables: Declared variables of the preconditions.
+        precondition: Must hold before.
+        effects: What changes, deletions first.
+    """
+
+    name: str
+    params: tuple[str, ...]
+    variables: tuple[VariableSpec, ...]
+    precondition: Expression
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True)
+class Domain:
+    """A planning domain.
+
+    Attributes:
+        name: From the text or the file.
+        types: Tree of types.
+        operators: In order of definition.
+        predicates: Number of arguments of every predicate that operators mention.
+        functions: Functions that the domain may call, by name.
+        constants: Objects that exist in every problem, with their types.
+        rules: The control rules of the text, in order of definition.
+    """
+
+    name: str
+    types: TypeTree
+    operators: tuple[Operator, ...]
+    predicates: Mapping[str, int]
+    functions: Mapping[str, Function] = field(default_factory=dict)
+    constants: Mapping[str, str] = field(default_factory=dict)
+    rules: RuleSet | None = None
+
+    @cached_property
+    def changed(self) -> frozenset[tuple[str, bool]]:
+        """Predicates that some operator makes true (True) or false (False)."""
+        return frozenset((e.atom.predicate, e.adds) for o in self.operators for e in o.effects)
+
+    def is_static(self, predicate: str) -> bool:
+        """Say whether no operator changes ``predicate``."""
+        return (predicate, True) not in self.changed and (predicate, False) not in self.changed
+
+    def operator(self, name: str) -> Operator | None:
+        """Return the operator named ``name``, or None."""
+        return next((o for o in self.operators if o.name == name), None)

@@ -1,0 +1,84 @@
+"""Control rules: who may say which candidate is taken.
+
+A rule is a plain function with a name. Rules of a choice run in this order: of the select rules
+the first that matches any candidate replaces the candidates by those; then every reject rule
+removes candidates; then prefer rules lead from the first candidate to a better one. "First" is
+the newest definition: the last in the tuple. What remains is decided by PRODIGY's defaults.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from rogue.prodigy._domain import Operator
+from rogue.prodigy._events import Choice
+from rogue.prodigy._instance import Instance
+from rogue.prodigy._terms import Literal
+from rogue.prodigy._view import SearchView
+
+
+class Action(StrEnum):
+    """What a rule does to the candidates for which its test holds."""
+
+    SELECT = "select"
+    REJECT = "reject"
+    SUB_GOAL = "sub-goal"
+    APPLY = "apply"
+    PREFER = "prefer"
+
+
+Candidate = Literal | Operator | Instance
+"""A literal for goals, an operator for operators, an instance for bindings and applied-op."""
+
+Test = Callable[[SearchView, Candidate, tuple[Candidate, ...]], bool]
+"""Called with the search, one candidate, and all candidates that are left."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A select or reject rule over one kind of choice.
+
+    Attributes:
+        name: Shown in traces and decisions.
+        choice: Goal, operator, bindings or applied-op.
+        action: SELECT or REJECT.
+        test: Whether the rule speaks of this candidate.
+    """
+
+    name: str
+    choice: Choice
+    action: Action
+    test: Test
+
+
+@dataclass(frozen=True, slots=True)
+class PreferRule:
+    """A rule that prefers one candidate to another: ``better(search, a, b)``: a before b."""
+
+    name: str
+    choice: Choice
+    better: Callable[[SearchView, Candidate, Candidate], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class DecideRule:
+    """A rule between sub-goaling and applying, asked when both are possible."""
+
+    name: str
+    action: Action
+    test: Callable[[SearchView], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSet:
+    """Control rules in order of definition; the newest, last, is asked first.
+
+    ``a + b`` has b's rules defined after a's.
+    """
+
+    rules: tuple[Rule | PreferRule | DecideRule, ...] = ()
+
+    def __add__(self, other: RuleSet) -> RuleSet:
+        return RuleSet(self.rules + other.rules)

@@ -1,0 +1,38 @@
+"""What control rules may see of a running search."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from rogue.prodigy._domain import Operator
+from rogue.prodigy._instance import Instance
+from rogue.prodigy._state import State
+from rogue.prodigy._terms import Literal
+
+
+class SearchView(Protocol):
+    """A search as control rules see it: read only, at the node being expanded."""
+
+    @property
+    def state(self) -> State:
+        """The simulated world."""
+
+    @property
+    def goal(self) -> Literal | None:
+        """The goal for which an operator or bindings are being chosen; None elsewhere."""
+
+    @property
+    def operator(self) -> Operator | None:
+        """The operator for which bindings are being chosen; None elsewhere."""
+
+    def consumers(self, goal: Literal) -> tuple[Instance, ...]:
+        """Return the live, not yet applied operators that need ``goal``."""
+
+    def lacking(self, instance: Instance) -> tuple[Literal, ...]:
+        """Return the preconditions of ``instance`` that are false now."""
+
+    def top_level_goals(self, candidate: Literal | Instance) -> tuple[Literal, ...]:
+        """Return the goals of the problem that ``candidate`` serves in the end."""
+
+    def tail(self) -> tuple[Instance, ...]:
+        """Return the chosen and not yet applied operators of this path, oldest first."""
