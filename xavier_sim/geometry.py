@@ -68,7 +68,7 @@ def shared_edges(one: Space, other: Space) -> list[Edge]:
 
 
 def door_edge(door: Door, spaces: dict[str, Space]) -> Edge | None:
-    """The gap that a door makes in the wall its two spaces share, None when it is in no such wall."""
+    """The gap that a door makes in the wall of its two spaces, None when it is in no such wall."""
     for edge in shared_edges(spaces[door.between[0]], spaces[door.between[1]]):
         across, along = (door.at.x, door.at.y) if edge.axis == "x" else (door.at.y, door.at.x)
         span = (along - door.width / 2, along + door.width / 2)

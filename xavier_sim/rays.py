@@ -86,4 +86,5 @@ class RayCaster:
         to_x, to_y = x - self._start[:, 0], y - self._start[:, 1]
         dx, dy = self._along[:, 0], self._along[:, 1]
         share = np.clip((to_x * dx + to_y * dy) / self._length**2, 0.0, 1.0)
-        return np.hypot(to_x - share * dx, to_y - share * dy)
+        distance: Floats = np.hypot(to_x - share * dx, to_y - share * dy)
+        return distance

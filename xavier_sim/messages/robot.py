@@ -36,9 +36,9 @@ class Sensors(Broadcast):
     """All that the robot senses at one control tick.
 
     ``sonar`` has shape (24,), metres from the ring (`SONAR_RING_RADIUS` off the centre), ``inf``
-    where no echo came back; a sonar reading is new when its bit in ``sonar_fresh`` is set. ``odom`` has shape (3,): x, y in metres and theta in
-    radians in the odometry frame. With ``lockstep`` set the world waits for a `Drive` that
-    answers this ``tick``.
+    where no echo came back; a reading is new when its bit in ``sonar_fresh`` is set. ``odom``
+    has shape (3,): x, y in metres and theta in radians in the odometry frame. With ``lockstep``
+    set the world waits for a `Drive` that answers this ``tick``.
     """
 
     wire_name = "xavierSensors"
