@@ -1,0 +1,147 @@
+"""Random drives from room to room in the simulated world, in one process, without a network.
+
+    python bench/drives.py --drives 100 --seed 0
+
+Deterministic by seed. Prints how many arrived, why others did not, bumps, errors, speed, and what
+the navigator costs a tick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from navigate.floor import Floor
+from navigate.floorfile import load_plan
+from navigate.navigator import Navigator
+from xavier_sim.messages import Sensors
+from xavier_sim.world import Reading, World
+
+ARRIVED = 0.25
+MOST_TICKS = 6000
+
+
+@dataclass
+class Tally:
+    """What all drives came to."""
+
+    drives: int = 0
+    arrived: int = 0
+    reasons: Counter[str] = field(default_factory=Counter)
+    errors: list[float] = field(default_factory=list)
+    metres: float = 0.0
+    ticks: int = 0
+    recoveries: int = 0
+    bumps: int = 0
+    cpu: float = 0.0
+    slowest: float = 0.0
+
+    def row(self) -> dict[str, float | int | str]:
+        """The figures under the names that are printed."""
+        seconds = self.ticks * 0.1
+        return {
+            "drives": self.drives,
+            "arrived": self.arrived,
+            "failures": ", ".join(f"{name} {n}" for name, n in sorted(self.reasons.items())),
+            "bumps": self.bumps,
+            "recoveries_per_km": round(1000 * self.recoveries / max(self.metres, 1.0), 2),
+            "mean_error_m": round(float(np.mean(self.errors or [0.0])), 3),
+            "worst_error_m": round(max(self.errors, default=0.0), 3),
+            "km": round(self.metres / 1000, 3),
+            "hours": round(seconds / 3600, 3),
+            "speed_mps": round(self.metres / max(seconds, 0.1), 3),
+            "cpu_ms_per_tick": round(1000 * self.cpu / max(self.ticks, 1), 3),
+            "worst_tick_ms": round(1000 * self.slowest, 1),
+        }
+
+
+def sensors_of(reading: Reading) -> Sensors:
+    """The message that a reading is sent as."""
+    return Sensors.model_construct(
+        tick=reading.tick,
+        time=reading.tick * 0.1,
+        period=0.1,
+        lockstep=True,
+        sonar=reading.sonar,
+        sonar_fresh=reading.sonar_fresh,
+        odom=reading.odom,
+        speed=reading.speed,
+        turn_rate=reading.turn_rate,
+        bump=reading.bump,
+    )
+
+
+def drive_to(world: World, navigator: Navigator, room: str, tally: Tally) -> None:
+    """One drive, added to the tally."""
+    sensors = sensors_of(world.reading)
+    drive = navigator.start(navigator.floor.place(room), sensors)
+    before = world.truth()
+    for _ in range(MOST_TICKS):
+        began = time.process_time()
+        wheels = navigator.step(sensors)
+        spent = time.process_time() - began
+        tally.cpu += spent
+        tally.slowest = max(tally.slowest, spent)
+        tally.ticks += 1
+        if drive.done:
+            break
+        sensors = sensors_of(world.step(wheels.speed, wheels.turn))
+    navigator.cancel()
+    after = world.truth()
+    place = world.plan.places[room]
+    error = math.dist((after.x, after.y), (place.x, place.y))
+    tally.drives += 1
+    tally.metres += after.metres - before.metres
+    tally.bumps += after.bumps - before.bumps
+    tally.recoveries += len(drive.troubles)
+    if drive.failure:
+        tally.reasons[drive.failure.reason] += 1
+    elif not drive.done:
+        tally.reasons["endless"] += 1
+    elif error > ARRIVED:
+        tally.reasons["elsewhere"] += 1
+        tally.errors.append(error)
+    else:
+        tally.arrived += 1
+        tally.errors.append(error)
+
+
+def run(drives: int, seed: int, *, verbose: bool = False) -> Tally:
+    """Drive to ``drives`` random rooms one after the other in the world of ``seed``."""
+    world = World(load_plan("xavier_sim/floors/wean5.yaml"), seed)
+    navigator = Navigator(Floor(load_plan()), seed=seed)
+    rooms = sorted(world.plan.places)
+    random, tally = np.random.default_rng(seed), Tally()
+    for _ in range(drives):
+        room = rooms[int(random.integers(len(rooms)))]
+        drive_to(world, navigator, room, tally)
+        if verbose:
+            print(room, world.truth(), navigator.position(), tally.row())
+    return tally
+
+
+def main() -> None:
+    """Parse the command line and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--drives", type=int, default=100)
+    parser.add_argument("--seed", type=int, action="append")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--verbose", action="store_true")
+    options = parser.parse_args()
+    for seed in options.seed or [0]:
+        row = {"seed": seed, **run(options.drives, seed, verbose=options.verbose).row()}
+        print(json.dumps(row) if options.json else _table(row))
+
+
+def _table(row: dict[str, float | int | str]) -> str:
+    return "\n".join(f"{name:20} {value}" for name, value in row.items()) + "\n"
+
+
+if __name__ == "__main__":
+    main()

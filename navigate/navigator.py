@@ -1,0 +1,164 @@
+"""The navigator without a network: sensors in, wheels out, goals in between."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from navigate.driver import Drive, Driver
+from navigate.estimate import Estimator
+from navigate.floor import Floor
+from navigate.graph import Point
+from navigate.hindrances import Memory
+from navigate.messages import NavigationReport, Position
+from navigate.odometry import Motion, Pose, motion_between, plausible
+from navigate.routes import Planner
+from navigate.view import STOP, View, Wheels
+from navigate.walls import Floats
+from xavier_sim.messages import SONAR_COUNT, Sensors
+
+UNSEEN_SPREAD = 0.5
+"""Doubt in metres after odometry was set anew: nobody saw how the robot moved."""
+
+SEARCH_EVERY = 8
+"""Ticks between two searches while the robot stands and is lost."""
+
+SEARCH_RADII = (1.0, 2.0, 4.0, 8.0, 15.0)
+
+
+class Navigator:
+    """One robot on one floor.
+
+    Args:
+        floor: the map.
+        seed: of the particle filter.
+    """
+
+    def __init__(self, floor: Floor, *, seed: int = 0) -> None:
+        self.floor = floor
+        self.estimator = Estimator(floor, seed=seed)
+        self.planner = Planner(floor)
+        self.memory = Memory()
+        self.driver = Driver(self.planner, self.memory)
+        self.time = 0.0
+        self.wheels = STOP
+        self._odom: Pose | None = None
+        self._ranges: Floats = np.full(SONAR_COUNT, np.inf)
+        self._still_ticks, self._searches = 0, 0
+
+    def step(self, sensors: Sensors) -> Wheels:
+        """Take in what the robot senses at a tick, and answer with the wheels."""
+        motion = self._reckon(sensors)
+        still = motion.still()
+        self._ranges = sensors.sonar.astype(np.float64)
+        self.estimator.move(motion)
+        self.estimator.sense(self._ranges, sensors.sonar_fresh, still=still)
+        self._still_ticks = self._still_ticks + 1 if still else 0
+        self._search()
+        self.wheels = self.driver.step(self._view(sensors))
+        return self.wheels
+
+    def start(self, goal: Point, sensors: Sensors) -> Drive:
+        """Begin to drive to a point in metres; look at the drive after every step."""
+        return self.driver.start(goal, self._view(sensors))
+
+    def cancel(self) -> None:
+        """Give up the goal under way; the next step stops the wheels."""
+        self.driver.cancel()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a goal is under way."""
+        return self.driver.busy
+
+    def position(self) -> Position:
+        """Where the robot is believed to be."""
+        here = self.estimator.estimate
+        return Position(
+            x=round(here.x, 4),
+            y=round(here.y, 4),
+            theta=round(here.theta, 4),
+            deviation=round(here.deviation, 4),
+            heading_deviation=round(here.heading_deviation, 4),
+            room=self.floor.room_near(here.x, here.y),
+            time=self.time,
+        )
+
+    def report(self, drive: Drive) -> NavigationReport:
+        """What a drive has come to."""
+        return NavigationReport(
+            position=self.position(),
+            metres=round(drive.metres, 3),
+            seconds=round(self.time - drive.began, 3),
+            recoveries=len(drive.troubles),
+        )
+
+    def set_position(self, room: str) -> Position:
+        """Believe to be at the place of ``room``, looking where it was believed to look.
+
+        Raises:
+            UnknownRoomError: no such room.
+        """
+        x, y = self.floor.place(room)
+        theta = self.estimator.estimate.theta
+        self.estimator.place((x, y, theta), spread=0.15, turn_spread=0.15)
+        return self.position()
+
+    def snapshot(self) -> dict[str, Any]:
+        """What `restore` needs to go on, roughly: the estimate, not each particle."""
+        here = self.estimator.estimate
+        return {
+            "map": self.floor.plan.name,
+            "time": self.time,
+            "pose": list(here.pose),
+            "deviation": here.deviation,
+            "heading_deviation": here.heading_deviation,
+            "odom": list(self._odom) if self._odom else None,
+            "hindrances": self.memory.snapshot(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a snapshot: odometry carries the estimate over the time in between."""
+        x, y, theta = (float(value) for value in state["pose"])
+        spread = max(0.1, float(state["deviation"]))
+        turn_spread = max(0.06, float(state["heading_deviation"]))
+        self.estimator.place((x, y, theta), spread=spread, turn_spread=turn_spread)
+        odom = state["odom"]
+        self._odom = (float(odom[0]), float(odom[1]), float(odom[2])) if odom else None
+        self.time = float(state["time"])
+        self.memory.restore(state["hindrances"])
+
+    def _reckon(self, sensors: Sensors) -> Motion:
+        now: Pose = (float(sensors.odom[0]), float(sensors.odom[1]), float(sensors.odom[2]))
+        before, seconds = self._odom, abs(sensors.time - self.time)
+        self._odom, self.time = now, sensors.time
+        if before is None:
+            return Motion(0.0, 0.0, 0.0)
+        motion = motion_between(before, now)
+        if plausible(motion, seconds):
+            return motion
+        self.estimator.widen(spread=UNSEEN_SPREAD, turn_spread=0.2)
+        return Motion(0.0, 0.0, 0.0)
+
+    def _search(self) -> None:
+        """While lost and standing, look for a pose that fits, in growing circles."""
+        if not self.estimator.lost:
+            self._searches = 0
+        elif self._still_ticks and self._still_ticks % SEARCH_EVERY == 0:
+            radius = SEARCH_RADII[min(self._searches, len(SEARCH_RADII) - 1)]
+            self._searches += 1
+            self.estimator.recover(self._ranges, radius=radius)
+
+    def _view(self, sensors: Sensors) -> View:
+        return View(
+            time=sensors.time,
+            pose=self.estimator.estimate.pose,
+            odom=self._odom or (0.0, 0.0, 0.0),
+            ranges=self._ranges,
+            fresh=sensors.sonar_fresh,
+            bump=sensors.bump,
+            speed=sensors.speed if math.isfinite(sensors.speed) else 0.0,
+            lost=self.estimator.lost,
+        )

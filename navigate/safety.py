@@ -1,0 +1,49 @@
+"""Reactive safety: stop the wheels within the tick, whatever the driver wants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from navigate.sonarring import BEARINGS, RING_RADIUS, ROBOT_RADIUS
+from navigate.view import STOP, View, Wheels
+
+BRAKES = 1.0
+"""Metres per second squared that the base can brake for sure."""
+
+KEEP_OFF = 0.06
+"""Metres to keep from what is ahead, at any speed."""
+
+NARROW_KEEP_OFF = 0.02
+_COS, _SIN = np.cos(BEARINGS), np.sin(BEARINGS)
+_AHEAD = _COS > 0.5
+_STRAIGHT = np.arange(len(BEARINGS)) == 0
+
+
+def guard(wheels: Wheels, view: View) -> Wheels:
+    """Let ``wheels`` through, or no more of their speed than there is room to brake in.
+
+    A contact on the side that the robot drives to stops it at once.
+    """
+    if view.bump and _pushes(view.bump, wheels.speed):
+        return STOP
+    if wheels.speed <= 0.0:
+        return wheels
+    room = _room_ahead(view, narrow=wheels.narrow)
+    if wheels.speed**2 <= 2.0 * BRAKES * max(0.0, room):
+        return wheels
+    return Wheels(0.0, wheels.turn, wheels.narrow)
+
+
+def _room_ahead(view: View, *, narrow: bool) -> float:
+    """Metres to the nearest echo in the robot's lane."""
+    distance = RING_RADIUS + view.ranges
+    lane = _STRAIGHT if narrow else _AHEAD & (np.abs(distance * _SIN) < ROBOT_RADIUS)
+    keep = NARROW_KEEP_OFF if narrow else KEEP_OFF
+    ahead = distance[lane] * _COS[lane] - ROBOT_RADIUS - keep
+    return float(ahead.min(initial=np.inf))
+
+
+def _pushes(panels: int, speed: float) -> bool:
+    """Whether a pressed panel lies on the side that ``speed`` drives to (panel 0 is ahead)."""
+    front, back = 0b10000011, 0b00111000
+    return bool(panels & (front if speed > 0.0 else back if speed < 0.0 else 0xFF))
