@@ -110,10 +110,17 @@ class BusRobot:
             log.warning("%s lost its module, beginning it anew", identity)
         return outcome
 
-    async def abort(self, reason: str) -> None:
-        """Kill the task that is being carried out, if there is one."""
-        if self._running is not None:
-            await self._module.kill(self._running, reason=reason)
+    @property
+    def running(self) -> str | None:
+        """Id of the task that is being carried out."""
+        return self._running
+
+    async def kill(self, task_id: str, reason: str) -> None:
+        """Stop a task whose outcome nobody waits for any more."""
+        try:
+            await self._persist(lambda: self._module.kill(task_id, reason=reason))
+        except TcaError as error:
+            log.warning("task %s could not be stopped: %s", task_id, error)
 
     async def _attempt(self, task_id: str, message: TaskOfRobot) -> Outcome:
         self._running = task_id

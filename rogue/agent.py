@@ -1,0 +1,179 @@
+"""The ROGUE agent: accepts requests, plans for them, and has the robot carry the plans out.
+
+Source: Haigh & Veloso, *Interleaving planning and robot execution for asynchronous user
+requests* (1996, 1998).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rogue import trace
+from rogue.book import RequestBook
+from rogue.conversation import Conversation
+from rogue.deadlines import show_time
+from rogue.desk import Desk
+from rogue.directory import Directory, load_directory
+from rogue.distances import Distances
+from rogue.episode import Episode, Locations
+from rogue.execution import Executor
+from rogue.messages import PlanView, RequestState, ShowPlan
+from rogue.planning import Rules
+from rogue.procedures import Patience
+from rogue.robot import BusRobot, Endurance
+from rogue.steps import StepRunner
+from rogue.store import Store
+from tca_bus import BusOptions, Context, Module
+
+log = logging.getLogger(__name__)
+
+CLOCK_WAIT = 60.0
+"""Wall seconds until the time of the world must be known."""
+
+
+@dataclass(frozen=True)
+class AgentOptions:
+    """How the agent works.
+
+    ``folder`` is where it keeps what it must not forget; ``directory`` is a file with people and
+    items, None for the one of the package.
+    """
+
+    folder: Path
+    rules: Rules = Rules.WORKING
+    directory: Path | None = None
+    patience: Patience = field(default_factory=Patience)
+    endurance: Endurance = field(default_factory=Endurance)
+
+
+class Agent:
+    """The rogue module's work, over an open store; `run_agent` makes one and runs it."""
+
+    def __init__(
+        self, module: Module, store: Store, directory: Directory, options: AgentOptions
+    ) -> None:
+        self._module = module
+        self._store = store
+        self._directory = directory
+        self._options = options
+        self._conversation = Conversation(module, store)
+        self._robot = BusRobot(module, options.endurance)
+        self._book = RequestBook(module, store, directory)
+        self._distances = Distances(module)
+        self._locations: Locations = {}
+        self._episode: Episode | None = None
+        self._planning = False
+
+    def open_desk(self) -> None:
+        """Register the handlers of the module; before it joins the bus."""
+        Desk(self._module, self._store, self._book, self._directory).open(self._rooms)
+        self._module.serve(ShowPlan, self._show_plan)
+
+    async def run(self) -> None:
+        """Serve requests until cancelled: first what was left over, then what comes."""
+        await self._module.clock.wait_ready(CLOCK_WAIT)
+        executor = await self._executor()
+        self._book.on_change = executor.requests_changed
+        await self._book.load()
+        self._module.start(self._watch_deadlines(), name="rogue.deadlines")
+        await executor.resume()
+        while True:
+            if not self._book.open_requests():
+                await self._conversation.tell(trace.LISTENING)
+            while not self._book.open_requests():
+                self._book.changed.clear()
+                await self._book.changed.wait()
+            await self._serve(executor)
+
+    async def _serve(self, executor: Executor) -> None:
+        self._locations = await self._rooms(self._options.endurance.absence)
+        self._episode = Episode(
+            rules=self._options.rules,
+            locations=self._locations,
+            directory=self._directory,
+            distances=self._distances,
+            store=self._store,
+            book=self._book,
+            executor=executor,
+            conversation=self._conversation,
+        )
+        self._planning = True
+        try:
+            await self._episode.run()
+        finally:
+            self._planning = False
+
+    async def _executor(self) -> Executor:
+        tell = self._conversation.tell_step
+        runner = StepRunner(self._robot, self._store, await self._store.identity(), tell)
+        return Executor(
+            module=self._module,
+            store=self._store,
+            book=self._book,
+            directory=self._directory,
+            robot=self._robot,
+            runner=runner,
+            patience=self._options.patience,
+        )
+
+    async def _watch_deadlines(self) -> None:
+        """Fail requests at their deadlines (Haigh & Veloso 1997, node 8)."""
+        while True:
+            self._book.deadlines_changed.clear()
+            await self._fail_overdue()
+            watch = asyncio.create_task(self._next_deadline(), name="rogue.next-deadline")
+            change = asyncio.create_task(self._book.deadlines_changed.wait(), name="rogue.change")
+            try:
+                await asyncio.wait({watch, change}, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for task in (watch, change):
+                    task.cancel()
+                    with contextlib.suppress(asyncio.CancelledError):
+                        await task
+
+    async def _next_deadline(self) -> None:
+        deadline = self._book.next_deadline()
+        if deadline is None:
+            await asyncio.get_running_loop().create_future()
+        else:
+            await self._module.clock.watch_until(deadline)
+
+    async def _fail_overdue(self) -> None:
+        now = self._module.clock.now()
+        for request in self._book.open_requests():
+            if request.deadline <= now:
+                reason = f"its deadline, {show_time(request.deadline)}, passed before it was done"
+                await self._book.end(request, RequestState.FAILED, reason)
+
+    async def _rooms(self, patience: float = 5.0) -> dict[str, tuple[float, float]]:
+        """The rooms of the map, which does not change while the agent runs."""
+        if not self._locations:
+            self._locations = await self._robot.rooms(patience=patience)
+        return dict(self._locations)
+
+    async def _show_plan(self, message: ShowPlan, context: Context) -> PlanView:
+        del message, context
+        if self._episode is None:
+            return PlanView(planning=False, nodes=[], executed=[])
+        return self._episode.view(planning=self._planning)
+
+
+async def run_agent(options: AgentOptions, bus: BusOptions) -> None:
+    """Run the rogue module until cancelled.
+
+    Raises:
+        TcaError: no router, no navigator within a bounded time, or the store or the people
+            directory cannot be used.
+    """
+    directory = load_directory(options.directory)
+    module = Module("rogue", options=bus)
+    async with Store(options.folder) as store:
+        agent = Agent(module, store, directory, options)
+        agent.open_desk()
+        async with module:
+            module.start(agent.run(), name="rogue.agent")
+            await module.serve_forever()

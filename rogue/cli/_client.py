@@ -1,0 +1,49 @@
+"""What the commands of users share: joining the bus for a moment, asking, reporting refusals."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import TypeVar
+
+from rogue.messages import Refusal
+from tca_bus import HandlerFailedError, Module, Query, TcaError
+from tca_bus.cli import BusFlags, bus_options
+
+R = TypeVar("R")
+
+ANSWER_TIMEOUT = 20.0
+"""Wall seconds that a command waits for the agent's answer."""
+
+
+class NotAcceptedError(TcaError):
+    """The agent refused a message; its sentence says what would be right."""
+
+    exit_code = 2
+
+    def __init__(self, refusal: Refusal, text: str) -> None:
+        self.refusal = refusal
+        super().__init__(text)
+
+
+@asynccontextmanager
+async def on_bus(flags: BusFlags) -> AsyncIterator[Module]:
+    """Join the bus as ``rogue-<pid>`` for as long as the block lasts."""
+    async with Module(f"rogue-{os.getpid()}", options=bus_options(flags)) as module:
+        yield module
+
+
+async def ask(module: Module, query: Query[R]) -> R:
+    """Ask the agent.
+
+    Raises:
+        NotAcceptedError: it refused.
+        TcaError: it is not there, or did not answer.
+    """
+    try:
+        return await module.query(query, timeout=ANSWER_TIMEOUT)
+    except HandlerFailedError as error:
+        if error.failure.name in set(Refusal):
+            raise NotAcceptedError(Refusal(error.failure.name), error.failure.text) from error
+        raise

@@ -1,0 +1,186 @@
+"""The commands with which users post errands and look after them."""
+
+from __future__ import annotations
+
+import uuid
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from rogue.cli._client import ask, on_bus
+from rogue.cli._waiting import EXIT_CODES, persist, states
+from rogue.deadlines import show_deadline, show_time
+from rogue.messages import (
+    CancelRequest,
+    DeliveryRequest,
+    ListRequests,
+    PostRequest,
+    RequestDetails,
+    ShowRequest,
+    Why,
+)
+from tca_bus import ConfigError, Module
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
+
+COLUMNS = ("id", "user", "item", "from", "to", "state", "rank", "posted", "deadline", "reason")
+
+
+async def request(
+    item: str,
+    /,
+    *,
+    user: str,
+    from_: Annotated[str | None, Parameter(name="--from")] = None,
+    to: str | None = None,
+    deadline: str | None = None,
+    why: str | None = None,
+    wait: Annotated[bool, Parameter(negative="")] = False,
+    id: Annotated[str | None, Parameter(name="--id")] = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> int:
+    """Ask the robot for an errand.
+
+    Parameters
+    ----------
+    item
+        What to carry: delivermail, pickupcoffee, ...
+    user
+        For whom.
+    from_
+        Room where it is; the people directory knows a usual one.
+    to
+        Room where it shall be.
+    deadline
+        ISO 8601, HH:MM, or from now on: +30m, 1h. One hour if not given.
+    why
+        What it is for, in your words.
+    wait
+        Wait for the end: exit code 0 completed, 1 failed, 6 canceled.
+    id
+        Name of the request; posting one name twice makes one request.
+    """
+    try:
+        message = PostRequest(
+            id=id or uuid.uuid4().hex[:8],
+            user=user,
+            item=item,
+            pickup=from_,
+            deliver=to,
+            deadline=deadline,
+            why=why,
+        )
+    except ValueError as error:
+        raise ConfigError("request", item, f"shorter or other words ({error})") from error
+    async with on_bus(flags) as module:
+        posted = await persist(lambda: ask(module, message))
+        if not wait:
+            _say(posted, flags)
+            return 0
+        return await _follow(module, posted.id, flags)
+
+
+async def requests(
+    *,
+    open_only: Annotated[bool, Parameter(name="--open", negative="")] = False,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """List the requests, the oldest first.
+
+    Parameters
+    ----------
+    open_only
+        Only those that have not ended.
+    """
+    async with on_bus(flags) as module:
+        found = await ask(module, ListRequests(open_only=open_only))
+    if flags.json:
+        emit_json(found)
+    else:
+        show_table(COLUMNS, [_row(one) for one in found])
+
+
+async def show(id: str, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Show one request with the steps that were carried out for it."""
+    async with on_bus(flags) as module:
+        details = await ask(module, ShowRequest(id=id))
+    if flags.json:
+        emit_json(details)
+        return
+    _show_details(details)
+
+
+async def cancel(
+    id: str,
+    /,
+    *,
+    reason: str = "canceled by its user",
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Take a request back, at whatever stage it is.
+
+    Parameters
+    ----------
+    id
+        The request.
+    reason
+        Why, for the record.
+    """
+    async with on_bus(flags) as module:
+        _say(await ask(module, CancelRequest(id=id, reason=reason)), flags)
+
+
+async def why(id: str, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Say why a request stands where it does."""
+    async with on_bus(flags) as module:
+        report = await ask(module, Why(id=id))
+    if flags.json:
+        emit_json(report)
+        return
+    for sentence in report.sentences:
+        emit(sentence)
+
+
+async def _follow(module: Module, request_id: str, flags: BusFlags) -> int:
+    code = 1
+    async for one in states(module, request_id):
+        _say(one, flags)
+        code = EXIT_CODES.get(one.state, code)
+        if one.state.is_final and code and not flags.json:
+            note(f"error: request {one.id} {one.state.value}: {one.reason}")
+    return code
+
+
+def _say(one: DeliveryRequest, flags: BusFlags) -> None:
+    if flags.json:
+        emit_json(one, line=True)
+        return
+    reason = f" ({one.reason})" if one.reason else ""
+    emit(f"{one.id}: {one.item} for {one.user}, {one.pickup} to {one.deliver}: {one.state}{reason}")
+
+
+def _row(one: DeliveryRequest) -> tuple[object, ...]:
+    return (
+        one.id,
+        one.user,
+        one.item,
+        one.pickup,
+        one.deliver,
+        one.state.value,
+        one.rank,
+        show_time(one.posted),
+        show_deadline(one.deadline),
+        one.reason,
+    )
+
+
+def _show_details(details: RequestDetails) -> None:
+    one = details.request
+    show_table(("field", "value"), list(zip(COLUMNS, _row(one), strict=True)))
+    if details.why:
+        emit(f"why: {details.why}")
+    if details.on_tray:
+        emit("It is on the robot's tray.")
+    if details.steps:
+        emit("")
+        rows = [(show_time(s.started), s.operator, s.state, s.outcome) for s in details.steps]
+        show_table(("begun", "operator", "state", "outcome"), rows)

@@ -1,0 +1,98 @@
+"""The commands that show what the planner thinks and what the robot says."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from rogue.cli._client import ask, on_bus
+from rogue.cli._waiting import ABSENT, POLL_SECONDS
+from rogue.messages import ReadTrace, ShowPlan, TraceLine
+from tca_bus import Module, Subscription
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json
+
+PAGE = 1000
+"""Lines that are asked for at once."""
+
+
+async def trace(
+    *,
+    follow: Annotated[bool, Parameter(name=["--follow", "-f"], negative="")] = False,
+    after: int = 0,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Print the conversation, as Figure 6 of the paper shows it.
+
+    Parameters
+    ----------
+    follow
+        Go on with what comes, until stopped.
+    after
+        Begin after this line.
+    """
+    async with on_bus(flags) as module:
+        lines = followed(module, after) if follow else _all(module, after)
+        async for line in lines:
+            if flags.json:
+                emit_json(line, line=True)
+            else:
+                emit(line.text)
+
+
+async def plan(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Print the search tree of the plan that is being carried out, or of the last one."""
+    async with on_bus(flags) as module:
+        view = await ask(module, ShowPlan())
+    if flags.json:
+        emit_json(view)
+        return
+    for line in view.nodes:
+        emit(line)
+    if not view.nodes:
+        emit("Nothing was planned since the agent started.")
+    if view.executed:
+        emit("")
+        emit("Executed:")
+        for step in view.executed:
+            emit(f"  {step}")
+
+
+async def followed(module: Module, after: int = 0) -> AsyncIterator[TraceLine]:
+    """All lines after ``after``, then those to come; none twice, none left out."""
+    async with module.subscribe(TraceLine) as news:
+        while True:
+            lines = await _page(module, after)
+            for line in lines:
+                after = line.seq
+                yield line
+            if len(lines) < PAGE:
+                await _news(news, after)
+
+
+async def _all(module: Module, after: int) -> AsyncIterator[TraceLine]:
+    while lines := await ask(module, ReadTrace(after=after, most=PAGE)):
+        for line in lines:
+            yield line
+        after = lines[-1].seq
+
+
+async def _page(module: Module, after: int) -> list[TraceLine]:
+    """The next lines; none while the agent is away."""
+    try:
+        return await ask(module, ReadTrace(after=after, most=PAGE))
+    except ABSENT:
+        await asyncio.sleep(POLL_SECONDS / 4)
+        return []
+
+
+async def _news(news: Subscription[TraceLine], after: int) -> None:
+    """Wait until a newer line was broadcast, or for a while: a broadcast may be missed."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(POLL_SECONDS):
+            async for line in news:
+                if line.seq > after:
+                    return

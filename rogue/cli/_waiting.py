@@ -1,0 +1,76 @@
+"""Waiting for the end of a request, however often agent and router go away meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import TypeVar
+
+from rogue.cli._client import ask
+from rogue.messages import DeliveryRequest, RequestChanged, RequestState, ShowRequest
+from tca_bus import (
+    BusGoneError,
+    Module,
+    NoHandlerError,
+    PeerLostError,
+    Subscription,
+    TimedOutError,
+)
+
+T = TypeVar("T")
+
+ABSENT = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
+"""What passes when a process that went away is back."""
+
+POLL_SECONDS = 2.0
+"""Wall seconds after which a state is asked for that nobody has told of."""
+
+POST_PATIENCE = 30.0
+"""Wall seconds for which a request is posted again while the agent is away."""
+
+EXIT_CODES = {RequestState.COMPLETED: 0, RequestState.FAILED: 1, RequestState.CANCELED: 6}
+"""What a command that waited ends with."""
+
+
+async def persist(call: Callable[[], Awaitable[T]], patience: float = POST_PATIENCE) -> T:
+    """Call again while the other side was there and is away; give up after ``patience``."""
+    end = time.monotonic() + patience
+    while True:
+        try:
+            return await call()
+        except (BusGoneError, PeerLostError, TimedOutError):
+            if time.monotonic() >= end:
+                raise
+        await asyncio.sleep(0.5)
+
+
+async def states(module: Module, request_id: str) -> AsyncIterator[DeliveryRequest]:
+    """The request each time that its state is another, until it has ended."""
+    last: RequestState | None = None
+    async with module.subscribe(RequestChanged) as changes:
+        while last is None or not last.is_final:
+            request = await _look(module, request_id)
+            if request is not None and request.state is not last:
+                last = request.state
+                yield request
+            elif last is None or not last.is_final:
+                await _change(changes, request_id)
+
+
+async def _look(module: Module, request_id: str) -> DeliveryRequest | None:
+    try:
+        return (await ask(module, ShowRequest(id=request_id))).request
+    except ABSENT:
+        await asyncio.sleep(POLL_SECONDS / 4)
+        return None
+
+
+async def _change(changes: Subscription[RequestChanged], request_id: str) -> None:
+    """Wait until something was said of the request, or for a while."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(POLL_SECONDS):
+            async for change in changes:
+                if change.request.id == request_id:
+                    return

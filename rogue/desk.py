@@ -1,0 +1,129 @@
+"""What the rogue module answers on the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+
+from rogue.book import RequestBook
+from rogue.directory import Directory
+from rogue.errors import IdTakenError, RequestError, UnknownNameError
+from rogue.intake import accept, is_same_errand
+from rogue.messages import (
+    CancelRequest,
+    DeliveryRequest,
+    ListRequests,
+    PostRequest,
+    ReadTrace,
+    Refusal,
+    RequestDetails,
+    RequestState,
+    ShowRequest,
+    TraceLine,
+    Why,
+    WhyReport,
+)
+from rogue.reasons import why_sentences
+from rogue.store import Store
+from tca_bus import Context, Module, TaskError, TcaError
+
+READY_WAIT = 5.0
+"""Wall seconds that a request waits for the robot's time to be known."""
+
+RoomSource = Callable[[], Awaitable[dict[str, tuple[float, float]]]]
+"""Gives all rooms of the map."""
+
+
+class Desk:
+    """Handlers of the messages in `rogue.messages`."""
+
+    def __init__(
+        self, module: Module, store: Store, book: RequestBook, directory: Directory
+    ) -> None:
+        self._module = module
+        self._store = store
+        self._book = book
+        self._directory = directory
+
+    def open(self, rooms: RoomSource) -> None:
+        """Register all handlers; ``rooms`` is asked at each new request."""
+        self._rooms = rooms
+        self._module.serve(PostRequest, self._post)
+        self._module.serve(CancelRequest, self._cancel)
+        self._module.serve(ListRequests, self._list)
+        self._module.serve(ShowRequest, self._show)
+        self._module.serve(ReadTrace, self._trace)
+        self._module.serve(Why, self._why)
+
+    async def _post(self, message: PostRequest, context: Context) -> DeliveryRequest:
+        del context
+        known = await self._store.request(message.id)
+        try:
+            if known is not None:
+                return _as_posted_before(message, known)
+            rooms = await self._known_rooms()
+            now = self._module.clock.now()
+            request = accept(message, directory=self._directory, rooms=rooms, now=now)
+        except RequestError as error:
+            raise error.as_task_error() from error
+        await self._book.add(request, message.why)
+        return request
+
+    async def _cancel(self, message: CancelRequest, context: Context) -> DeliveryRequest:
+        del context
+        request = await self._find(message.id)
+        if not request.state.is_final:
+            await self._book.end(request, RequestState.CANCELED, message.reason)
+        return await self._find(message.id)
+
+    async def _list(self, message: ListRequests, context: Context) -> list[DeliveryRequest]:
+        del context
+        return await self._store.requests(open_only=message.open_only)
+
+    async def _show(self, message: ShowRequest, context: Context) -> RequestDetails:
+        del context
+        request = await self._find(message.id)
+        facts = await self._store.facts()
+        return RequestDetails(
+            request=request,
+            why=await self._store.why(request.id),
+            on_tray=(request.user, request.item) in facts.tray,
+            steps=await self._store.steps_of(request.id),
+        )
+
+    async def _trace(self, message: ReadTrace, context: Context) -> list[TraceLine]:
+        del context
+        return await self._store.lines(message.after, message.most)
+
+    async def _why(self, message: Why, context: Context) -> WhyReport:
+        del context
+        request = await self._find(message.id)
+        sentences = why_sentences(
+            request,
+            steps=await self._store.steps_of(request.id),
+            notes=await self._store.notes(request.id),
+            others=self._book.open_requests(),
+        )
+        return WhyReport(id=request.id, sentences=sentences)
+
+    async def _find(self, request_id: str) -> DeliveryRequest:
+        request = await self._store.request(request_id)
+        if request is None:
+            known = [request.id for request in await self._store.requests()]
+            error = UnknownNameError(Refusal.UNKNOWN_REQUEST, "request", request_id, known)
+            raise error.as_task_error()
+        return request
+
+    async def _known_rooms(self) -> dict[str, tuple[float, float]]:
+        try:
+            await self._module.clock.wait_ready(READY_WAIT)
+            return await self._rooms()
+        except TcaError as error:
+            raise TaskError(
+                Refusal.NOT_READY, f"the robot that knows time and rooms is not there: {error}"
+            ) from error
+
+
+def _as_posted_before(message: PostRequest, known: DeliveryRequest) -> DeliveryRequest:
+    if not is_same_errand(message, known):
+        raise IdTakenError(message.id)
+    return known

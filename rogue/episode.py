@@ -1,0 +1,167 @@
+"""One run of PRODIGY: plan, execute, take in what arrives, until nothing is left to do."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Iterable, Mapping
+
+from rogue import trace
+from rogue.book import RequestBook
+from rogue.conversation import Conversation
+from rogue.directory import Directory
+from rogue.distances import Distances
+from rogue.execution import Executor
+from rogue.messages import DeliveryRequest, PlanView, RequestState
+from rogue.planning import Rules, admit, new_search, report, switches, withdraw
+from rogue.prodigy import Announced, Execute, Executed, Finished, Poll, Search, SearchResult, Status
+from rogue.store import Store
+
+log = logging.getLogger(__name__)
+
+Locations = Mapping[str, tuple[float, float]]
+
+
+class Episode:
+    """A search over the requests that are open, and those that come while it runs."""
+
+    def __init__(
+        self,
+        *,
+        rules: Rules,
+        locations: Locations,
+        directory: Directory,
+        distances: Distances,
+        store: Store,
+        book: RequestBook,
+        executor: Executor,
+        conversation: Conversation,
+    ) -> None:
+        self._rules = rules
+        self._locations = locations
+        self._directory = directory
+        self._distances = distances
+        self._store = store
+        self._book = book
+        self._executor = executor
+        self._conversation = conversation
+        self._admitted: dict[str, DeliveryRequest] = {}
+        self._unranked: list[DeliveryRequest] = []
+        self._lines: list[str] = []
+        self._executed: list[str] = []
+
+    def view(self, *, planning: bool) -> PlanView:
+        """The search as it stands."""
+        return PlanView(planning=planning, nodes=self._lines, executed=self._executed)
+
+    async def run(self) -> None:
+        """Plan and execute until every admitted request has ended."""
+        first = sorted(self._admissible(), key=lambda request: -request.rank)
+        for request in first:
+            await self._take_in(request)
+        search = new_search(
+            first,
+            await self._store.facts(),
+            directory=self._directory,
+            rooms=self._locations,
+            switches=switches(self._rules, self._distances, self._find_rooms),
+        )
+        result = await self._drive(search)
+        await self._conclude(result)
+
+    async def _drive(self, search: Search) -> SearchResult:
+        while (event := search.step()) is not None:
+            match event:
+                case Announced(line=line) if line:
+                    await self._show(line)
+                case Execute():
+                    await self._execute(search, event)
+                case Executed(achieved=False, line=line):
+                    await self._conversation.tell(line)
+                case Poll():
+                    await self._poll(search)
+                case Finished(result=result):
+                    return result
+            await asyncio.sleep(0)
+        raise AssertionError("a search ends with Finished")
+
+    async def _show(self, line: str) -> None:
+        self._lines.append(line)
+        await self._conversation.tell(line)
+
+    async def _execute(self, search: Search, event: Execute) -> None:
+        step = event.step
+        arguments = [str(value) for value in step.args]
+        log.info("executing %s", step)
+        outcome = await self._executor.execute(step.operator, arguments)
+        if outcome.kind == "done":
+            self._executed.append(str(step))
+        report(search, step.operator, outcome)
+
+    async def _poll(self, search: Search) -> None:
+        await self._drop_ended(search)
+        for request in self._admissible():
+            others = list(self._admitted.values())
+            await self._take_in(request)
+            admit(search, request, others)
+        if self._unranked:
+            await self._conversation.tell_all(trace.priority_lines(self._unranked))
+            self._unranked.clear()
+
+    async def _drop_ended(self, search: Search) -> None:
+        for request_id, request in list(self._admitted.items()):
+            if self._book.find(request_id) is not None:
+                continue
+            del self._admitted[request_id]
+            ended = await self._store.request(request_id)
+            if ended is None or ended.state is RequestState.COMPLETED:
+                continue
+            said = f"Request {ended.id} is {ended.state.value}: {ended.reason}"
+            await self._conversation.tell_all([trace.remark(said), ""])
+            withdraw(search, request, self._admitted.values())
+
+    async def _take_in(self, request: DeliveryRequest) -> None:
+        rooms = {request.pickup, request.deliver}
+        rooms |= {room for r in self._admitted.values() for room in (r.pickup, r.deliver)}
+        await self._distances.learn(rooms, self._locations)
+        self._admitted[request.id] = request
+        self._unranked.append(request)
+        await self._conversation.tell_all(["", trace.message_line(request)])
+
+    def _admissible(self) -> list[DeliveryRequest]:
+        """Open requests that can enter the search now: no two that PRODIGY could not tell apart."""
+        taken = {self._identity(request) for request in self._admitted.values()}
+        found: list[DeliveryRequest] = []
+        for request in self._book.open_requests():
+            if request.id not in self._admitted and self._identity(request) not in taken:
+                taken.add(self._identity(request))
+                found.append(request)
+        return found
+
+    def _identity(self, request: DeliveryRequest) -> tuple[str, ...]:
+        if self._rules.one_errand_a_person:
+            return (request.user,)
+        return (request.user, request.item)
+
+    def _find_rooms(self, user: str, item: str) -> tuple[str, str] | None:
+        for request in self._admitted.values():
+            if (request.user, request.item) == (user, item):
+                return request.pickup, request.deliver
+        return None
+
+    async def _conclude(self, result: SearchResult) -> None:
+        """Say how it ended; what the planner could not do has failed."""
+        left = [r for r in self._admitted if self._book.find(r) is not None]
+        if result.status is Status.SOLVED and not left:
+            await self._conversation.tell_all([trace.ACHIEVED, ""])
+        elif self._executed:
+            # What was driven stays driven: the next episode plans on from here.
+            log.info("search ended with %s: %s", result.status, result.reason)
+        else:
+            await self._fail(left, f"no plan was found ({result.status}: {result.reason})")
+
+    async def _fail(self, request_ids: Iterable[str], reason: str) -> None:
+        for request_id in request_ids:
+            request = self._book.find(request_id)
+            if request is not None and await self._book.end(request, RequestState.FAILED, reason):
+                await self._conversation.tell_all([trace.remark(f"{request_id}: {reason}"), ""])

@@ -1,0 +1,169 @@
+"""Carrying out operators: which procedure, which requests it serves, what it changes."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+
+from rogue.book import RequestBook
+from rogue.directory import Directory
+from rogue.effects import Procedure, StepOutcome
+from rogue.messages import DeliveryRequest, RequestState
+from rogue.procedures import Patience, acquire, deliver, go_to
+from rogue.robot import BusRobot
+from rogue.steps import StepRunner
+from rogue.store import Facts, Step, Store
+from tca_bus import Module
+
+log = logging.getLogger(__name__)
+
+GOTO_PICKUP = "goto-pickup-loc"
+GOTO_DELIVER = "goto-deliver-loc"
+ACQUIRE = "acquire-item"
+DELIVER = "deliver-item"
+
+MOST_WRONG_ARRIVALS = 3
+"""Drives for one request that may end in another room before it is given up."""
+
+
+class Executor:
+    """Runs one operator at a time, durably, and keeps what it changed."""
+
+    def __init__(
+        self,
+        *,
+        module: Module,
+        store: Store,
+        book: RequestBook,
+        directory: Directory,
+        robot: BusRobot,
+        runner: StepRunner,
+        patience: Patience,
+    ) -> None:
+        self._module = module
+        self._store = store
+        self._book = book
+        self._directory = directory
+        self._robot = robot
+        self._runner = runner
+        self._patience = patience
+        self._current: tuple[Step, asyncio.Task[StepOutcome]] | None = None
+
+    async def execute(self, operator: str, arguments: Sequence[str]) -> StepOutcome:
+        """Carry out an operator for the open requests that it serves.
+
+        An operator that serves nobody any more fails at once, and nothing moves.
+        """
+        facts = await self._store.facts()
+        served = _served(operator, arguments, self._book.open_requests(), facts)
+        if not served:
+            return StepOutcome(kind="failed", room=facts.room, reason="nobody wants it any more")
+        begun = [self._book.as_begun(request) for request in served]
+        now = self._module.clock.now()
+        step = await self._store.begin_step(operator, arguments, begun, now)
+        for request, before in zip(begun, served, strict=True):
+            if request != before:
+                await self._book.took_effect(request)
+        return await self._run(step)
+
+    async def resume(self) -> None:
+        """Bring the step to its end during which the agent was stopped, if there was one."""
+        step = await self._store.open_step()
+        if step is not None:
+            log.info("taking up step %d, %s", step.number, step.operator)
+            await self._run(step)
+
+    def requests_changed(self) -> None:
+        """Break off a drive that nobody wants any more."""
+        if self._current is None:
+            return
+        step, task = self._current
+        if step.operator in {GOTO_PICKUP, GOTO_DELIVER} and not self._wanted(step):
+            running = self._robot.running
+            task.cancel()
+            if running is not None:
+                kill = self._robot.kill(running, "nobody wants it any more")
+                self._module.start(kill, name="rogue.kill")
+
+    async def _run(self, step: Step) -> StepOutcome:
+        outcome = await self._outcome(step)
+        facts = _facts_after(step, outcome, await self._store.facts())
+        changed = await self._changed(step, outcome, facts)
+        now = self._module.clock.now()
+        await self._store.end_step(step, outcome, facts, now, changed=changed)
+        for request in changed:
+            await self._book.took_effect(request)
+        return outcome
+
+    async def _outcome(self, step: Step) -> StepOutcome:
+        procedure = self._procedure(step)
+        if not self._wanted(step) and step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
+            return StepOutcome(kind="failed", reason="nobody wants it any more")
+        task = asyncio.create_task(self._runner.run(step, procedure), name=f"step-{step.number}")
+        self._current = step, task
+        try:
+            return await task
+        except asyncio.CancelledError:
+            own = asyncio.current_task()
+            if own is not None and own.cancelling():
+                raise
+            return StepOutcome(kind="failed", reason="nobody wants it any more")
+        finally:
+            self._current = None
+
+    def _wanted(self, step: Step) -> bool:
+        return any(self._book.find(request_id) is not None for request_id in step.requests)
+
+    def _procedure(self, step: Step) -> Procedure:
+        if step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
+            return go_to(step.arguments[1], self._patience)
+        room, user, item = step.arguments
+        phrase = self._directory.phrase(user, item)
+        hand_over = acquire if step.operator == ACQUIRE else deliver
+        return hand_over(room, user, item, phrase, self._patience)
+
+    async def _changed(
+        self, step: Step, outcome: StepOutcome, facts: Facts
+    ) -> list[DeliveryRequest]:
+        """The requests that the step has ended, as they are then."""
+        found = (self._book.find(request_id) for request_id in step.requests)
+        served = [request for request in found if request is not None]
+        if outcome.kind == "done":
+            if step.operator != DELIVER:
+                return []
+            return [self._book.as_ended(r, RequestState.COMPLETED, None, facts) for r in served]
+        if outcome.kind == "elsewhere":
+            served = [r for r in served if await self._wrong_arrivals(r) >= MOST_WRONG_ARRIVALS]
+        reason = outcome.reason or "it could not be done"
+        return [self._book.as_ended(r, RequestState.FAILED, reason, facts) for r in served]
+
+    async def _wrong_arrivals(self, request: DeliveryRequest) -> int:
+        """How often the robot ended up elsewhere for this request, the open step included."""
+        steps = await self._store.steps_of(request.id)
+        return 1 + sum(step.state == "elsewhere" for step in steps)
+
+
+def _served(
+    operator: str, arguments: Sequence[str], requests: Sequence[DeliveryRequest], facts: Facts
+) -> list[DeliveryRequest]:
+    """The requests for which an operator is carried out."""
+    match operator:
+        case "goto-pickup-loc":
+            room = arguments[1]
+            return [r for r in requests if r.pickup == room and (r.user, r.item) not in facts.tray]
+        case "goto-deliver-loc":
+            return [r for r in requests if r.deliver == arguments[1]]
+        case _:
+            _, user, item = arguments
+            return [r for r in requests if (r.user, r.item) == (user, item)][:1]
+
+
+def _facts_after(step: Step, outcome: StepOutcome, facts: Facts) -> Facts:
+    room = outcome.room
+    if outcome.kind != "done" or step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
+        return replace(facts, room=room)
+    thing = (step.arguments[1], step.arguments[2])
+    tray = facts.tray | {thing} if step.operator == ACQUIRE else facts.tray - {thing}
+    return Facts(room=room, tray=tray)

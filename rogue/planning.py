@@ -1,0 +1,132 @@
+"""What the agent tells the planner: the office as a problem, requests as goals.
+
+Source: Haigh & Veloso (1996), Figure 7.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Iterable, Sequence
+
+from rogue.directory import Directory
+from rogue.distances import Distances
+from rogue.effects import StepOutcome
+from rogue.messages import DeliveryRequest
+from rogue.prodigy import Literal, Problem, Search
+from rogue.prodigy.office import (
+    Errand,
+    Switches,
+    example1998,
+    figure6,
+    figure9,
+    load_office_domain,
+    working,
+)
+from rogue.store import Facts
+
+FindRooms = Callable[[str, str], tuple[str, str] | None]
+
+
+class Rules(enum.StrEnum):
+    """The rule sets of the office: those of the published runs, and the working one."""
+
+    NONE = "none"
+    """PRODIGY's defaults only: Figure 6."""
+    Y1996 = "1996"
+    """The nearest room first, requests enter at the end of a cycle: Figure 9."""
+    Y1998 = "1998"
+    """Operators by their consumer, requests enter before the next decision."""
+    WORKING = "working"
+    """Four rules that keep the search linear in the number of errands."""
+
+    @property
+    def one_errand_a_person(self) -> bool:
+        """Whether a person's second errand has to wait for the first.
+
+        In the published domain a room is tied to a person and not to an item.
+        """
+        return self is not Rules.WORKING
+
+
+def switches(rules: Rules, distances: Distances, find_rooms: FindRooms) -> Switches:
+    """Options and control rules of a rule set."""
+    match rules:
+        case Rules.NONE:
+            return figure6()
+        case Rules.Y1996:
+            return figure9(distances)
+        case Rules.Y1998:
+            return example1998(distances)
+        case Rules.WORKING:
+            return working(distances, errands=find_rooms)
+
+
+def errand(request: DeliveryRequest) -> Errand:
+    """A request as the planner knows it."""
+    return Errand(request.user, request.item, request.pickup, request.deliver)
+
+
+def in_room(room: str) -> Literal:
+    """That the robot is in a room."""
+    return Literal("robot-in-room", (room,))
+
+
+def new_search(
+    requests: Sequence[DeliveryRequest],
+    facts: Facts,
+    *,
+    directory: Directory,
+    rooms: Iterable[str],
+    switches: Switches,
+) -> Search:
+    """A search for the requests from what is known of the world."""
+    errands = [errand(request) for request in requests]
+    state = [fact for one in errands for fact in one.facts()]
+    state += [Literal("robot-has-item", pair) for pair in sorted(facts.tray)]
+    if facts.room is not None:
+        state.append(in_room(facts.room))
+    problem = Problem.build(
+        load_office_domain(),
+        objects={
+            "room": sorted(rooms),
+            "person": sorted(directory.people),
+            "item": sorted(directory.items),
+        },
+        facts=state,
+        goals=[one.goal() for one in errands],
+        name="office",
+    )
+    return Search(problem, switches.options, switches.rules)
+
+
+def report(search: Search, operator: str, outcome: StepOutcome) -> None:
+    """Tell the search what came of an operator."""
+    if outcome.kind == "done":
+        search.executed()
+    elif operator.startswith("goto-"):
+        here = {in_room(outcome.room)} if outcome.room is not None else set()
+        before = {Literal("robot-in-room", args) for args in search.state.tuples("robot-in-room")}
+        search.executed(added=sorted(here - before), deleted=sorted(before - here))
+    else:
+        search.executed(added=(), deleted=())
+
+
+def admit(search: Search, request: DeliveryRequest, others: Iterable[DeliveryRequest]) -> None:
+    """Add a request to a running search.
+
+    An errand that was done in this search before is to be done once more, so its goal must not
+    count as reached.
+    """
+    own = errand(request)
+    if own.goal() in search.goals:
+        withdraw(search, request, others)
+    if search.state.holds(own.goal()):
+        search.retract_facts(own.goal())
+    search.add_goal(own.facts(), own.goal())
+
+
+def withdraw(search: Search, request: DeliveryRequest, others: Iterable[DeliveryRequest]) -> None:
+    """Drop a request from the search, but not facts that other requests share with it."""
+    own = errand(request)
+    shared = {fact for other in others for fact in errand(other).facts()}
+    search.remove_goal(own.goal(), [fact for fact in own.facts() if fact not in shared])
