@@ -37,11 +37,12 @@ from tca_bus._messages import (
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
 from tca_bus._presence import PresenceChange, PresentModule
-from tca_bus._protocol import Constraint, TaskState, TaskStatus
+from tca_bus._protocol import AwaitTime, Constraint, SimulatedTime, TaskState, TaskStatus
 from tca_bus._router import Router
 from tca_bus._subscription import Subscription
 
 __all__ = [
+    "AwaitTime",
     "Broadcast",
     "BusGoneError",
     "BusOptions",
@@ -68,6 +69,7 @@ __all__ = [
     "Query",
     "RefusedError",
     "Router",
+    "SimulatedTime",
     "Subscription",
     "TaskContext",
     "TaskError",
