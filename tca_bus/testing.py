@@ -1,49 +1,100 @@
-"""Helpers for tests of modules: a router on a free port, a clock by hand, waiting for conditions."""
+"""Helpers for tests of modules: a router on a free port, clocks by hand, waiting for conditions.
+
+::
+
+    async with bus() as options, Module("asker", options=options) as module:
+        await eventually(lambda: module.is_connected)
+"""
 
 from __future__ import annotations
 
+import asyncio
+import inspect
+import secrets
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from typing import Literal
 
-from tca_bus._clock import Clock
+from tca_bus._clock import SimulatedClock
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
+from tca_bus._protocol import SimulatedTime
+from tca_bus._router import Router
+
+FREE_PORT = "tcp/127.0.0.1:0"
+
+POLL_PERIOD = 0.01
+"""Wall seconds between two looks at a condition."""
 
 
 @asynccontextmanager
-async def bus(*, realm: str = "test") -> AsyncIterator[BusOptions]:
-    """Run a router on a free port; gives the options with which modules join it."""
-    raise NotImplementedError
-    yield BusOptions()
+async def bus(
+    *, realm: str | None = None, clock: Literal["wall", "sim"] = "wall"
+) -> AsyncIterator[BusOptions]:
+    """Run a router on a free port; gives the options with which modules join it.
+
+    Each bus has a realm of its own unless ``realm`` names one.
+    """
+    async with Router(FREE_PORT) as router:
+        name = realm or f"test-{secrets.token_hex(4)}"
+        yield BusOptions(connect=router.endpoint, realm=name, clock=clock)
 
 
 async def eventually(
     condition: Callable[[], object | Awaitable[object]],
     *,
-    timeout: float = 10.0,  # noqa: ASYNC109
+    timeout: float = 10.0,
     what: str = "the condition",
 ) -> None:
-    """Wait until ``condition`` is true; AssertionError after ``timeout`` wall seconds."""
-    raise NotImplementedError
+    """Wait until ``condition``, which may be async, is true.
+
+    Raises:
+        AssertionError: It is still not true after ``timeout`` wall seconds.
+    """
+    try:
+        async with asyncio.timeout(timeout):
+            while not await _value_of(condition):  # noqa: ASYNC110
+                await asyncio.sleep(POLL_PERIOD)
+    except TimeoutError as error:
+        raise AssertionError(f"{what} did not come true within {timeout:g} s") from error
 
 
-class ManualClock(Clock):
-    """A clock that stands still until a test calls `advance`; begins at ``start``."""
+async def _value_of(condition: Callable[[], object | Awaitable[object]]) -> object:
+    value = condition()
+    return await value if inspect.isawaitable(value) else value
+
+
+class ManualClock(SimulatedClock):
+    """A clock that stands still until a test moves it; begins at ``start``."""
 
     def __init__(self, start: float = 0.0) -> None:
-        raise NotImplementedError
+        super().__init__()
+        self._time = start
+        self._ready.set()
 
-    def advance(self, seconds: float) -> None:
-        """Move the time and wake who waited for it."""
-        raise NotImplementedError
+    async def advance(self, seconds: float) -> None:
+        """Move the time; returns when those who were woken have run."""
+        self.move_to(self.now() + seconds)
+        for _ in range(10):
+            await asyncio.sleep(0)
 
 
 class TimeSource:
-    """Broadcasts simulated time from a module, as the robot does; moved by the test."""
+    """Broadcasts simulated time from a module, as the robot does; the test moves it.
+
+    ``speed`` is what it claims: simulated seconds per wall second, None for lockstep.
+    """
 
     def __init__(self, module: Module, *, start: float = 0.0, speed: float | None = None) -> None:
-        raise NotImplementedError
+        self._module = module
+        self._speed = speed
+        self.now = start
+
+    async def tell(self) -> None:
+        """Broadcast the time as it is, for those who have joined since."""
+        await self._module.broadcast(SimulatedTime(time=self.now, speed=self._speed))
 
     async def advance(self, seconds: float) -> None:
         """Move the simulated time and broadcast it."""
-        raise NotImplementedError
+        self.now += seconds
+        await self.tell()

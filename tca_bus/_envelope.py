@@ -1,0 +1,62 @@
+"""What rides beside each payload, in the attachment: request id, sender, task, trace."""
+
+from __future__ import annotations
+
+import secrets
+from contextvars import ContextVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from tca_bus._errors import InvalidMessageError
+from tca_bus._wire import problems_of
+
+TRACEPARENT_PATTERN = r"^[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}$"
+
+
+class Envelope(BaseModel):
+    """The attachment, as JSON.
+
+    ``sender`` is the sending incarnation; who it is stands in the key. ``task`` is the task in
+    whose handler the message was sent, ``traceparent`` the W3C trace context.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    id: str = Field(min_length=1, max_length=200)
+    sender: str = Field(default="", max_length=200)
+    task: str | None = Field(default=None, max_length=200)
+    traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
+
+
+handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
+"""The envelope of what the running handler handles."""
+
+
+def new_envelope(sender: str) -> Envelope:
+    """An envelope for a new message; task and trace go on from the running handler."""
+    inside = handled.get()
+    return Envelope.model_construct(
+        id=secrets.token_hex(12),
+        sender=sender,
+        task=inside.task if inside else None,
+        traceparent=_next_traceparent(inside.traceparent if inside else None),
+    )
+
+
+def read_envelope(attachment: bytes | None) -> Envelope:
+    """Read an attachment; a message without one (from a plain Zenoh tool) gets a new envelope.
+
+    Raises:
+        InvalidMessageError: The attachment is no envelope.
+    """
+    if attachment is None:
+        return new_envelope("")
+    try:
+        return Envelope.model_validate_json(attachment)
+    except ValidationError as error:
+        raise InvalidMessageError("attachment", problems_of(error)) from error
+
+
+def _next_traceparent(parent: str | None) -> str:
+    trace = parent.split("-")[1] if parent else secrets.token_hex(16)
+    return f"00-{trace}-{secrets.token_hex(8)}-01"

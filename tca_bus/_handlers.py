@@ -1,0 +1,89 @@
+"""The handlers of a module, by the wire names of their messages."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Awaitable, Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from tca_bus._errors import ConfigError
+from tca_bus._messages import Message, MessageClass
+from tca_bus._protocol import ProvidedMessage
+from tca_bus._types import answer_adapter, summary
+
+QUERIES = frozenset({MessageClass.QUERY, MessageClass.MULTI_QUERY})
+ONE_WAY = frozenset({MessageClass.INFORM, MessageClass.BROADCAST})
+TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND})
+
+HandlerFunction = Callable[..., Awaitable[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Handler:
+    """A function that handles a message type; ``built_in`` ones are not announced."""
+
+    message_type: type[Message]
+    function: HandlerFunction
+    capacity: int
+    built_in: bool
+
+    @property
+    def is_provided(self) -> bool:
+        """Whether others find it by its name: listening to broadcasts is no service."""
+        return not self.built_in and self.message_type.message_class != MessageClass.BROADCAST
+
+    def card(self) -> ProvidedMessage:
+        """The handler as others see it."""
+        kind = self.message_type
+        answered = kind.message_class in QUERIES | TASKS
+        return ProvidedMessage(
+            name=kind.wire_name,
+            message_class=kind.message_class.value,
+            revision=kind.revision,
+            summary=summary(kind),
+            message_schema=kind.model_json_schema(),
+            reply_schema=answer_adapter(kind).json_schema() if answered else None,
+        )
+
+
+class Handlers:
+    """The handlers of one module."""
+
+    def __init__(self) -> None:
+        self._by_name: dict[str, Handler] = {}
+
+    def add(
+        self,
+        message_type: type[Message],
+        function: HandlerFunction,
+        *,
+        capacity: int = 1,
+        built_in: bool = False,
+    ) -> Handler:
+        """Register a handler.
+
+        Raises:
+            ConfigError: There is one for the name, or the capacity or function is of no use.
+        """
+        name = message_type.wire_name
+        if name in self._by_name:
+            raise ConfigError("handler", name, "a message that has no handler in this module yet")
+        if capacity < 1:
+            raise ConfigError("capacity", capacity, "at least 1")
+        if not inspect.iscoroutinefunction(function):
+            raise ConfigError("handler", function, "an async function (message, context)")
+        handler = Handler(message_type, function, capacity, built_in)
+        self._by_name[name] = handler
+        return handler
+
+    def get(self, name: str) -> Handler | None:
+        """The handler of a message, if there is one."""
+        return self._by_name.get(name)
+
+    def __iter__(self) -> Iterator[Handler]:
+        return iter(list(self._by_name.values()))
+
+    def provided(self) -> tuple[str, ...]:
+        """The names that the module's token announces."""
+        return tuple(sorted(h.message_type.wire_name for h in self if h.is_provided))

@@ -1,0 +1,112 @@
+"""The key expressions of the bus, all in one place.
+
+::
+
+    <realm>/query/<callee>/<incarnation>/<name>/<caller>          queries; unique per callee, so
+                                                                  that exactly one gets each
+    <realm>/inform/<name>/<sender>                                informs
+    <realm>/broadcast/<name>/<sender>                             broadcasts
+    <realm>/task/<sender>/<id>                                    task states, from central
+    <realm>/presence/<module>/<incarnation>/<host>/<pid>/<names>  liveliness tokens; names of the
+                                                                  messages it handles, by comma
+
+The name of whoever sends stands in the key, so that a router's access rules can bind it.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from tca_bus._presence import PresentModule
+
+NO_NAMES = "-"
+"""Stands for an empty list in a presence key, since a chunk may not be empty."""
+
+_NOT_IN_CHUNK = re.compile(r"[^A-Za-z0-9._:-]")
+
+
+@dataclass(frozen=True, slots=True)
+class QueryAddress:
+    """What the key of a query says."""
+
+    name: str
+    caller: str
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """The keys of one realm."""
+
+    realm: str
+
+    def query(self, callee: PresentModule, name: str, caller: str) -> str:
+        """The key of one query to one module."""
+        return f"{self.realm}/query/{callee.name}/{callee.incarnation}/{name}/{caller}"
+
+    def queries_to(self, name: str, incarnation: str) -> str:
+        """All queries to one incarnation of a module."""
+        return f"{self.realm}/query/{name}/{incarnation}/**"
+
+    def one_way(self, kind: str, name: str, sender: str) -> str:
+        """The key of an inform or broadcast; ``sender`` may be ``*``."""
+        return f"{self.realm}/{kind}/{name}/{sender}"
+
+    def task(self, sender: str, id: str) -> str:
+        """The key of a task's state; either part may be ``*``."""
+        return f"{self.realm}/task/{sender}/{id}"
+
+    def all_tasks(self) -> str:
+        """All task states."""
+        return f"{self.realm}/task/**"
+
+    def presence(self, module: PresentModule) -> str:
+        """The liveliness token of a module."""
+        names = ",".join(module.provides) or NO_NAMES
+        host = _NOT_IN_CHUNK.sub("-", module.host) or NO_NAMES
+        return (
+            f"{self.realm}/presence/{module.name}/{module.incarnation}/{host}/{module.pid}/{names}"
+        )
+
+    def all_presence(self) -> str:
+        """The tokens of all modules."""
+        return f"{self.realm}/presence/**"
+
+
+def parse_query(key: str) -> QueryAddress:
+    """Read name and caller from the key of a query.
+
+    Raises:
+        ValueError: The key has another shape.
+    """
+    chunks = key.split("/")
+    if len(chunks) != 6:
+        raise ValueError(f"{key!r} is no query key: expected 6 parts, got {len(chunks)}")
+    return QueryAddress(name=chunks[4], caller=chunks[5])
+
+
+def parse_sender(key: str) -> str:
+    """Read the sender from the key of an inform or broadcast."""
+    return key.rsplit("/", 1)[-1]
+
+
+def parse_task(key: str) -> tuple[str, str]:
+    """Read sender and id from a key or key expression of task states; ``*`` where it is wild."""
+    chunks = key.split("/")[2:]
+    if len(chunks) != 2 or "**" in chunks:
+        return "*", "*"
+    return chunks[0], chunks[1]
+
+
+def parse_presence(key: str) -> PresentModule:
+    """Read a module from its liveliness token.
+
+    Raises:
+        ValueError: The key has another shape.
+    """
+    chunks = key.split("/")
+    if len(chunks) != 7:
+        raise ValueError(f"{key!r} is no presence key: expected 7 parts, got {len(chunks)}")
+    _, _, name, incarnation, host, pid, names = chunks
+    provides = () if names == NO_NAMES else tuple(names.split(","))
+    return PresentModule(name, incarnation, host, int(pid), provides)

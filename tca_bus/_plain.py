@@ -1,0 +1,83 @@
+"""Sending by wire name with plain data, for tools that have no message type at hand."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from tca_bus._errors import BusGoneError, InvalidMessageError, NoHandlerError
+from tca_bus._handle import TaskHandle
+from tca_bus._lifecycle import Lifecycle
+from tca_bus._messages import MessageClass
+from tca_bus._protocol import SubmitTask
+from tca_bus._tasks import new_task_id
+from tca_bus._wire import REPLY_SUFFIX, Payload, decode_plain, encode_json, problems_of
+
+_ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
+
+
+class PlainMessages(Lifecycle):
+    """Sends what is named by a string; the receiver says whether the data fit."""
+
+    async def query_json(
+        self, name: str, data: dict[str, Any], *, to: str | None = None, timeout: float = 10.0
+    ) -> Any:
+        """Ask by wire name; gives the answer as JSON values. Raises as `Module.query` does."""
+        payload = encode_json(name, data)
+        answer = await self._parts.caller.call(name, payload, to=to, timeout=timeout)
+        return decode_plain(answer, name + REPLY_SUFFIX)
+
+    async def inform_json(self, name: str, data: dict[str, Any]) -> None:
+        """Inform by wire name; raises as `Module.inform` does."""
+        await self._inform(name, encode_json(name, data))
+
+    async def broadcast_json(self, name: str, data: dict[str, Any]) -> None:
+        """Broadcast by wire name."""
+        self._parts.topics.publish(MessageClass.BROADCAST, name, encode_json(name, data))
+
+    async def submit_json(
+        self,
+        name: str,
+        data: dict[str, Any],
+        *,
+        task_class: Literal["goal", "command"],
+        revision: int = 1,
+        id: str | None = None,
+        priority: int = 0,
+        wait_for_handler: float = 0.0,
+        timeout: float = 10.0,
+        on_module_lost: Literal["fail", "resend"] = "fail",
+    ) -> TaskHandle[Any]:
+        """Make a root node by wire name; the result comes as JSON values.
+
+        Raises as `Module.expand` does, and InvalidMessageError for an id that cannot be one.
+        """
+        try:
+            task = SubmitTask(
+                id=id or new_task_id(self.name),
+                name=name,
+                task_class=task_class,
+                message_revision=revision,
+                data=data,
+                sender=self.name,
+                priority=priority,
+                wait_for_handler=wait_for_handler,
+                on_module_lost=on_module_lost,
+            )
+        except ValidationError as error:
+            raise InvalidMessageError(name, problems_of(error)) from error
+        return await self._parts.sender.submit(task, _ANYTHING, timeout=timeout)
+
+    async def _inform(self, name: str, payload: Payload) -> None:
+        parts = self._parts
+        try:
+            async with asyncio.timeout(self.options.connect_timeout):
+                await parts.core.session.connected()
+        except TimeoutError as error:
+            raise BusGoneError(self.options.connect, "it was lost") from error
+        table = parts.core.presence.table
+        if not table.providers(name):
+            raise NoHandlerError(name, table.known_messages())
+        parts.topics.publish(MessageClass.INFORM, name, payload)

@@ -1,0 +1,135 @@
+"""Feeds the presence table from Zenoh's liveliness tokens."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import zenoh
+from zenoh.handlers import Callback
+
+from tca_bus._bridge import Mailbox, call_on
+from tca_bus._keys import Keys, parse_presence
+from tca_bus._presence import PresenceChange, PresenceTable
+from tca_bus._session import MAILBOX_SIZE, Session
+
+logger = logging.getLogger(__name__)
+
+Listener = Callable[[PresenceChange], None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    key: str
+    is_put: bool
+
+
+@dataclass
+class PresenceFeed:
+    """Keeps a `PresenceTable` up to date and tells listeners of changes, on the loop."""
+
+    session: Session
+    keys: Keys
+    own: str
+    table: PresenceTable = field(init=False)
+    invalid: int = 0
+
+    def __post_init__(self) -> None:
+        self.table = PresenceTable(self.own)
+        self._listeners: list[Listener] = []
+        self._timer: asyncio.TimerHandle | None = None
+        self._changed = asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+
+    async def begin(self, timeout: float) -> None:
+        """Declare the subscriber and wait for the tokens that are there already.
+
+        Raises:
+            TimeoutError: The router did not list them within ``timeout`` wall seconds.
+        """
+        box = Mailbox[_Token](self._take, size=MAILBOX_SIZE)
+
+        def post(sample: zenoh.Sample) -> None:
+            box.post(_token_of(sample))
+
+        live = self.session.zenoh.liveliness()
+        live.declare_subscriber(self.keys.all_presence(), Callback(post), history=True)
+        await self._read_history(live, timeout)
+
+    async def _read_history(self, live: zenoh.Liveliness, timeout: float) -> None:
+        listed = asyncio.Event()
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                token = _token_of(reply.ok)
+                call_on(self._loop, lambda: self._take(token))
+
+        done = Callback(on_reply, lambda: call_on(self._loop, listed.set), indirect=False)
+        live.get(self.keys.all_presence(), done, timeout=timeout)
+        await asyncio.wait_for(listed.wait(), timeout + 1.0)
+
+    def end(self) -> None:
+        """Stop the timer."""
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def listen(self, listener: Listener) -> Callable[[], None]:
+        """Call ``listener`` with each change; gives a function that ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def transport_changed(self, is_up: bool) -> None:
+        """The way to the router opened or closed."""
+        if is_up:
+            self.table.router_back(self._loop.time())
+        else:
+            self.table.router_lost()
+        self._after_event([])
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        """Wait until ``condition``, which is about the table, holds."""
+        while not condition():
+            await self._changed.wait()
+
+    def _take(self, token: _Token) -> None:
+        try:
+            module = parse_presence(token.key)
+        except ValueError as error:
+            self.invalid += 1
+            logger.warning("%s", error)
+            return
+        if token.is_put:
+            self._after_event(self.table.put(module))
+        else:
+            self.table.delete(module, self._loop.time())
+            self._after_event([])
+
+    def _after_event(self, changes: list[PresenceChange]) -> None:
+        # Waiters look again; the event is only a bell.
+        self._changed.set()
+        self._changed = asyncio.Event()
+        for change in changes:
+            for listener in list(self._listeners):
+                listener(change)
+        self._set_timer()
+
+    def _set_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        due = self.table.next_expiry()
+        if due < math.inf:
+            self._timer = self._loop.call_at(due, self._expire)
+
+    def _expire(self) -> None:
+        self._timer = None
+        if self.session.is_up and not self.session.has_router():
+            self.table.router_lost()
+        self._after_event(self.table.expire(self._loop.time()))
+
+
+def _token_of(sample: zenoh.Sample) -> _Token:
+    return _Token(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)

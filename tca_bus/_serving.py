@@ -1,0 +1,178 @@
+"""The answering side of queries: every query that arrives is answered, once per request id."""
+
+from __future__ import annotations
+
+import logging
+from typing import Protocol
+
+import zenoh
+from zenoh.handlers import Callback
+
+from tca_bus._answers import AnswerCache
+from tca_bus._bridge import Answer, Mailbox, attachment_of, query_payload
+from tca_bus._context import Context
+from tca_bus._core import Core
+from tca_bus._envelope import Envelope, handled, read_envelope
+from tca_bus._errors import (
+    ClosedError,
+    HandlerFailedError,
+    InvalidMessageError,
+    NoHandlerError,
+    RefusedError,
+    TaskError,
+    TaskFailedError,
+)
+from tca_bus._faults import FAILURE_NAMES, encode_error
+from tca_bus._handlers import QUERIES, Handler, Handlers
+from tca_bus._keys import QueryAddress, parse_query
+from tca_bus._messages import Message
+from tca_bus._presence import PresentModule
+from tca_bus._types import answer_adapter
+from tca_bus._wire import Payload, decode_message, encode_answer
+
+logger = logging.getLogger(__name__)
+
+MOST_WAITING = 1024
+"""Queries that wait for the loop; more are answered with 'busy' on Zenoh's thread."""
+
+MOST_RUNNING = 1024
+"""Queries whose handlers run at once."""
+
+EXPECTED = (*FAILURE_NAMES, HandlerFailedError, TaskError, TaskFailedError)
+"""What a handler may end with as part of its work; anything else is logged with its trace."""
+
+Request = tuple[str, str]
+
+
+class ContextFactory(Protocol):
+    """Makes the context of a handled message."""
+
+    def __call__(self, *, sender: str, id: str) -> Context:
+        """Make it."""
+        ...
+
+
+class QueryServer:
+    """Answers the queries to one module; its handlers run concurrently."""
+
+    def __init__(self, core: Core, handlers: Handlers, context: ContextFactory) -> None:
+        self._core = core
+        self._handlers = handlers
+        self._context = context
+        self._cache = AnswerCache()
+        self._running: dict[Request, list[zenoh.Query]] = {}
+
+    def begin(self) -> None:
+        """Declare the queryable."""
+        box = Mailbox[zenoh.Query](self._take, size=MOST_WAITING, refuse=self._refuse_busy)
+        self._core.tally.counters["query"] = lambda: box.dropped
+        key = self._core.keys.queries_to(self._core.name, self._core.incarnation)
+        self._core.session.zenoh.declare_queryable(key, Callback(box.post))
+
+    def _take(self, query: zenoh.Query) -> None:
+        """Start handling a query, or answer it at once."""
+        try:
+            address = parse_query(str(query.key_expr))
+            envelope = read_envelope(attachment_of(query))
+        except (InvalidMessageError, ValueError) as error:
+            self._reject(query, error)
+            return
+        request = (address.caller, envelope.id)
+        known = self._cache.get(request)
+        if known is not None:
+            self._send(query, address, known)
+        elif request in self._running:
+            self._running[request].append(query)
+        elif len(self._running) >= MOST_RUNNING:
+            self._refuse_busy(query)
+        else:
+            self._begin_work(query, request, address, envelope)
+
+    def _begin_work(
+        self, query: zenoh.Query, request: Request, address: QueryAddress, envelope: Envelope
+    ) -> None:
+        work = self._work(request, address, envelope, query_payload(query))
+        try:
+            self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
+        except ClosedError:
+            query.drop()
+        else:
+            self._running[request] = [query]
+
+    async def _work(
+        self, request: Request, address: QueryAddress, envelope: Envelope, payload: Payload
+    ) -> None:
+        try:
+            handled.set(envelope)
+            answer = await self._answer(address, envelope, payload)
+            self._cache.put(request, answer)
+            for query in self._running[request]:
+                self._send(query, address, answer)
+        finally:
+            for query in self._running.pop(request):
+                query.drop()
+
+    async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
+        try:
+            handler = self._find(address.name)
+            message = decode_message(payload, handler.message_type)
+            return await self._handle(handler, message, address, envelope)
+        except Exception as error:
+            self._note(error, address)
+            payload = encode_error(error, message=address.name, module=self._core.name)
+            return Answer(payload, is_error=True)
+
+    async def _handle(
+        self, handler: Handler, message: Message, address: QueryAddress, envelope: Envelope
+    ) -> Answer:
+        context = self._context(sender=address.caller, id=envelope.id)
+        value = await handler.function(message, context)
+        adapter = answer_adapter(handler.message_type)
+        return Answer(encode_answer(value, adapter, handler.message_type), is_error=False)
+
+    def _find(self, name: str) -> Handler:
+        handler = self._handlers.get(name)
+        if handler is None or handler.message_type.message_class not in QUERIES:
+            known = {h.message_type.wire_name for h in self._handlers}
+            raise NoHandlerError(name, known)
+        return handler
+
+    def _note(self, error: Exception, address: QueryAddress) -> None:
+        if isinstance(error, InvalidMessageError):
+            self._core.tally.note_invalid(error, sender=address.caller)
+        elif not isinstance(error, EXPECTED):
+            logger.error("handler of %s failed", address.name, exc_info=error)
+
+    def _reject(self, query: zenoh.Query, error: ValueError) -> None:
+        if not isinstance(error, InvalidMessageError):
+            error = InvalidMessageError("query", [str(error)])
+        self._core.tally.note_invalid(error, sender=str(query.key_expr))
+        self._reply_error(query, error)
+
+    def _refuse_busy(self, query: zenoh.Query) -> None:
+        name = f"module {self._core.name!r}"
+        self._reply_error(query, RefusedError("the query", f"{name} has too many waiting"))
+
+    def _reply_error(self, query: zenoh.Query, error: Exception) -> None:
+        payload = encode_error(error, message="query", module=self._core.name)
+        with query:
+            query.reply_err(payload.data, encoding=payload.encoding)
+
+    def _send(self, query: zenoh.Query, address: QueryAddress, answer: Answer) -> None:
+        data, encoding = answer.payload.data, answer.payload.encoding
+        try:
+            with query:
+                if answer.is_error:
+                    query.reply_err(data, encoding=encoding)
+                else:
+                    query.reply(self._reply_key(query, address), data, encoding=encoding)
+        except zenoh.ZError as error:
+            logger.warning("answer to %s was not sent: %s", address.caller, error)
+
+    def _reply_key(self, query: zenoh.Query, address: QueryAddress) -> str | zenoh.KeyExpr:
+        """A concrete key: a tool may have asked with wildcards."""
+        if "*" not in str(query.key_expr):
+            return query.key_expr
+        core = self._core
+        me = PresentModule(core.name, core.incarnation, "", 0, ())
+        return core.keys.query(me, address.name, address.caller.replace("*", "anonymous"))

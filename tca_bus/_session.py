@@ -1,0 +1,195 @@
+"""One Zenoh session: opened with patience, closed always, with the state of its transport."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import zenoh
+from zenoh.handlers import Callback
+
+from tca_bus._bridge import Answer, Mailbox, ask, call_on
+from tca_bus._errors import BusGoneError, ConfigError
+from tca_bus._options import BusOptions
+from tca_bus._wire import Payload
+
+logger = logging.getLogger(__name__)
+
+OPEN_SLICE_MS = 500
+"""One try to open; a cancelled module waits for at most this long."""
+
+LEASE_MS = 2000
+"""A peer that said nothing for so long is taken for gone by the other side."""
+
+SETTLE_TIMEOUT = 1.0
+"""Wall seconds after which a look-up that got no answer counts as done."""
+
+MAILBOX_SIZE = 4096
+
+
+def client_config(options: BusOptions) -> zenoh.Config:
+    """The Zenoh configuration of a module: a client of one router, no discovery."""
+    settings: dict[str, Any] = {
+        "mode": "client",
+        "connect": {
+            "endpoints": [options.connect],
+            "timeout_ms": OPEN_SLICE_MS,
+            "retry": {
+                "period_init_ms": 100,
+                "period_max_ms": 1000,
+                "period_increase_factor": 2,
+            },
+        },
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "timestamping": {"enabled": True},
+        "transport": {"link": {"tx": {"lease": LEASE_MS}}},
+    }
+    try:
+        return zenoh.Config.from_json5(json.dumps(settings))
+    except zenoh.ZError as error:
+        raise ConfigError("--connect", options.connect, f"a Zenoh endpoint ({error})") from error
+
+
+class Session:
+    """A Zenoh session as an async context manager.
+
+    ``is_up`` says whether the router is reachable; `connected` waits for it. ``on_transport`` is
+    called on the loop with True when the router is back and False when it is lost.
+
+    Raises:
+        BusGoneError: On entering, no router answered within ``options.connect_timeout``.
+    """
+
+    def __init__(self, options: BusOptions, *, on_transport: Callable[[bool], None]) -> None:
+        self._options = options
+        self._on_transport = on_transport
+        self._up = asyncio.Event()
+        self.zenoh: zenoh.Session
+        self.dropped_down = 0
+
+    async def __aenter__(self) -> Self:
+        self.zenoh = await self._open()
+        self._up.set()
+        box = Mailbox[zenoh.TransportEvent](self._transport_event, size=MAILBOX_SIZE)
+        self.zenoh.info.declare_transport_events_listener(Callback(box.post), history=False)
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await uninterrupted(self.close())
+
+    async def close(self) -> None:
+        """Close the session; harmless when it is closed."""
+        try:
+            await asyncio.to_thread(self.zenoh.close)
+        except zenoh.ZError as error:
+            logger.warning("closing the Zenoh session: %s", error)
+
+    @property
+    def is_up(self) -> bool:
+        """Whether the router is reachable."""
+        return self._up.is_set()
+
+    @property
+    def endpoint(self) -> str:
+        """The endpoint of the router."""
+        return self._options.connect
+
+    async def connected(self) -> None:
+        """Wait until the router is reachable."""
+        await self._up.wait()
+
+    def has_router(self) -> bool:
+        """Ask Zenoh itself, for the moment before its event has arrived."""
+        return bool(self.zenoh.info.routers_zid())
+
+    async def ask(
+        self, key: str, payload: Payload, *, attachment: bytes, timeout: float
+    ) -> Answer | None:
+        """Send one query; see `tca_bus._bridge.ask`."""
+        return await ask(self.zenoh, key, payload, attachment=attachment, timeout=timeout)
+
+    def put(self, key: str, payload: Payload, *, attachment: bytes, block: bool) -> None:
+        """Publish; with ``block`` it is not dropped when the link is congested."""
+        control = zenoh.CongestionControl.BLOCK if block else zenoh.CongestionControl.DROP
+        self.zenoh.put(
+            key,
+            payload.data,
+            encoding=payload.encoding,
+            attachment=attachment,
+            congestion_control=control,
+        )
+
+    async def settle(self, key: str) -> None:
+        """Wait until the router has seen all declarations so far.
+
+        A declaration returns before the router knows of it. What is sent on one link arrives in
+        order, so the answer to a look-up of liveliness ``key`` means that the router has it.
+        """
+        loop = asyncio.get_running_loop()
+        done = asyncio.Event()
+        answered = Callback(_ignore, lambda: call_on(loop, done.set), indirect=False)
+        self.zenoh.liveliness().get(key, answered, timeout=SETTLE_TIMEOUT)
+        await done.wait()
+
+    async def _open(self) -> zenoh.Session:
+        config = client_config(self._options)
+        deadline = time.monotonic() + self._options.connect_timeout
+        while True:
+            try:
+                return await _open_once(config)
+            except zenoh.ZError as error:
+                if time.monotonic() >= deadline:
+                    raise BusGoneError(self._options.connect) from error
+            await asyncio.sleep(0.05)
+
+    def _transport_event(self, event: zenoh.TransportEvent) -> None:
+        is_up = event.kind == zenoh.SampleKind.PUT
+        if is_up == self._up.is_set():
+            return
+        if is_up:
+            self._up.set()
+            logger.info("router at %s is back", self.endpoint)
+        else:
+            self._up.clear()
+            logger.warning("router at %s is lost", self.endpoint)
+        self._on_transport(is_up)
+
+
+def _ignore(_: zenoh.Reply) -> None:
+    """Take a reply that says nothing new."""
+
+
+async def _open_once(config: zenoh.Config) -> zenoh.Session:
+    opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, config))
+    try:
+        return await asyncio.shield(opening)
+    except asyncio.CancelledError:
+        # The thread goes on; a session that nobody closes would hang the process at its end.
+        await asyncio.wait([opening])
+        if opening.exception() is None:
+            await asyncio.to_thread(opening.result().close)
+        raise
+
+
+async def uninterrupted(work: Any) -> None:
+    """Finish ``work`` though cancelled meanwhile, then be cancelled."""
+    task = asyncio.ensure_future(work)
+    cancelled: asyncio.CancelledError | None = None
+    while not task.done():
+        try:
+            await asyncio.wait([task])
+        except asyncio.CancelledError as error:
+            cancelled = error
+    task.result()
+    if cancelled is not None:
+        raise cancelled

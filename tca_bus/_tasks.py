@@ -1,0 +1,174 @@
+"""The sending side of tasks: submitting them to central and following what becomes of them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+from weakref import WeakValueDictionary
+
+from pydantic import TypeAdapter
+
+from tca_bus._caller import Caller
+from tca_bus._core import Core
+from tca_bus._errors import (
+    BusGoneError,
+    NoHandlerError,
+    PeerLostError,
+    TcaError,
+    TimedOutError,
+)
+from tca_bus._handle import TaskHandle
+from tca_bus._messages import Query
+from tca_bus._presence import PresenceChange
+from tca_bus._protocol import FindTask, KillTask, SubmitTask, TaskStatus
+from tca_bus._topics import Arrival, Topics
+from tca_bus._types import answer_adapter
+from tca_bus._wire import decode_answer, encode_message
+
+R = TypeVar("R")
+
+CENTRAL = "central"
+
+RETRY_DELAY = 0.1
+"""Wall seconds before central is asked again after it could not be reached."""
+
+TRY_TIMEOUT = 3.0
+"""Wall seconds that one try to reach central may take."""
+
+UNSEEN_GRACE = 3.0
+"""Wall seconds to wait for a central that has never been seen."""
+
+OUT_OF_REACH = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
+"""What says that central is away, when it comes from this side of the bus."""
+
+STATUS_ENCODING = "application/json;tca.status@1"
+
+_STATUS = TypeAdapter(TaskStatus)
+
+
+@dataclass
+class TaskSender:
+    """Submits tasks and keeps their handles informed."""
+
+    core: Core
+    caller: Caller
+    topics: Topics
+    _handles: WeakValueDictionary[str, TaskHandle[Any]] = field(default_factory=WeakValueDictionary)
+    _central_seen: bool = False
+
+    def begin(self) -> None:
+        """Listen to the states of this module's tasks, and for central to come back."""
+        key = self.core.keys.task(self.core.name, "*")
+        self.topics.listen(key, decode_status, self._take)
+        self.core.presence.listen(self._presence_changed)
+
+    async def submit(
+        self,
+        task: SubmitTask,
+        adapter: TypeAdapter[Any],
+        *,
+        timeout: float,
+        on_failure: Callable[[str], None] | None = None,
+    ) -> TaskHandle[Any]:
+        """Send a task until central has acknowledged it.
+
+        Raises:
+            NoHandlerError: Nobody handles it, or there is no central.
+            InvalidMessageError: The handler's module says that the data do not fit.
+            RefusedError: Central will not have it, e.g. another task has its id.
+            TimedOutError: No acknowledgement within ``timeout``; it may have been made.
+            BusGoneError: The router was away for the rest of that time.
+        """
+        status = await self.ask_central(task, timeout=timeout + task.wait_for_handler)
+        handle = TaskHandle[Any](status, self, adapter, on_failure)
+        self._handles[f"{task.id}/{id(handle)}"] = handle
+        return handle
+
+    async def kill(
+        self, task_id: str, *, reason: str, only_below: bool = False, timeout: float = 10.0
+    ) -> TaskStatus:
+        """Ask central to kill a task."""
+        question = KillTask(id=task_id, reason=reason, only_below=only_below)
+        return await self.ask_central(question, timeout=timeout)
+
+    async def refresh(self, handle: TaskHandle[Any]) -> None:
+        """Ask central for the state of a task; an unreachable central changes nothing."""
+        try:
+            status = await self._ask_once(FindTask(id=handle.id), TRY_TIMEOUT)
+        except OUT_OF_REACH:
+            return
+        handle.update(status)
+
+    async def ask_central(self, question: Query[R], *, timeout: float) -> R:
+        """Ask central, again and again while it is out of reach, for at most ``timeout``."""
+        deadline = time.monotonic() + timeout
+        while True:
+            left = deadline - time.monotonic()
+            try:
+                return await self._ask_once(
+                    question, min(max(left, 0.01), self._patience(question))
+                )
+            except OUT_OF_REACH as error:
+                if not self._is_out_of_reach(question, error):
+                    raise
+                self._give_up_if_late(question, error, deadline, timeout)
+            await asyncio.sleep(RETRY_DELAY)
+
+    async def _ask_once(self, question: Query[R], timeout: float) -> R:
+        kind = type(question)
+        payload = encode_message(question)
+        answer = await self.caller.call(kind.wire_name, payload, to=CENTRAL, timeout=timeout)
+        self._central_seen = True
+        return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+
+    def _patience(self, question: Query[Any]) -> float:
+        return TRY_TIMEOUT + getattr(question, "wait_for_handler", 0.0)
+
+    def _is_out_of_reach(self, question: Query[Any], error: TcaError) -> bool:
+        """Tell "no central" from central's own word that nobody handles the task."""
+        if not isinstance(error, NoHandlerError):
+            return True
+        return error.message == f"{CENTRAL}:{type(question).wire_name}"
+
+    def _give_up_if_late(
+        self, question: Query[Any], error: TcaError, deadline: float, timeout: float
+    ) -> None:
+        if not self._central_seen and isinstance(error, NoHandlerError):
+            deadline = min(deadline, deadline - timeout + UNSEEN_GRACE)
+        if time.monotonic() + RETRY_DELAY < deadline:
+            return
+        if isinstance(error, TimedOutError | PeerLostError):
+            what = f"central, asked for {type(question).wire_name!r}"
+            raise TimedOutError(what, timeout) from error
+        raise error
+
+    def _take(self, arrival: Arrival[TaskStatus]) -> None:
+        status = arrival.value
+        for handle in list(self._handles.values()):
+            if handle.id == status.id:
+                handle.update(status)
+
+    def _presence_changed(self, change: PresenceChange) -> None:
+        if change.module.name != CENTRAL or not change.appeared:
+            return
+        self._central_seen = True
+        self.ask_again()
+
+    def ask_again(self) -> None:
+        """Have all who wait for a task ask central: states published meanwhile were lost."""
+        for handle in list(self._handles.values()):
+            handle.ask_again()
+
+
+def decode_status(payload: Any) -> TaskStatus:
+    """Validate a published task state."""
+    return decode_answer(payload, _STATUS, "tca.status")  # type: ignore[no-any-return]
+
+
+def new_task_id(sender: str) -> str:
+    """An id for a new task of a module."""
+    return f"{sender}-{uuid.uuid4().hex[:20]}"

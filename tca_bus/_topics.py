@@ -1,0 +1,124 @@
+"""Informs and broadcasts: publishing, and one Zenoh subscriber per message that is listened to."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import zenoh
+from zenoh.handlers import Callback
+
+from tca_bus._bridge import Mailbox, attachment_of, payload_of
+from tca_bus._core import Core
+from tca_bus._envelope import Envelope, handled, new_envelope, read_envelope
+from tca_bus._errors import InvalidMessageError
+from tca_bus._handlers import Handler
+from tca_bus._keys import parse_sender
+from tca_bus._messages import Message, MessageClass
+from tca_bus._serving import ContextFactory
+from tca_bus._session import MAILBOX_SIZE
+from tca_bus._subscription import Subscription
+from tca_bus._wire import Payload, decode_message
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival(Generic[T]):
+    """A decoded message with where it came from."""
+
+    value: T
+    sender: str
+    envelope: Envelope
+
+
+Sink = Callable[[Arrival[Any]], None]
+Decode = Callable[[Payload], Any]
+
+
+class Topic:
+    """One Zenoh subscriber, decoded once and handed to all who listen."""
+
+    def __init__(self, core: Core, key: str, decode: Decode) -> None:
+        self._core = core
+        self._decode = decode
+        self.sinks: list[Sink] = []
+        box = Mailbox[zenoh.Sample](self._take, size=MAILBOX_SIZE)
+        core.tally.counters[key] = lambda: box.dropped
+        self._subscriber = core.session.zenoh.declare_subscriber(key, Callback(box.post))
+
+    def _take(self, sample: zenoh.Sample) -> None:
+        sender = parse_sender(str(sample.key_expr))
+        try:
+            envelope = read_envelope(attachment_of(sample))
+            arrival = Arrival(self._decode(payload_of(sample)), sender, envelope)
+        except InvalidMessageError as error:
+            self._core.tally.note_invalid(error, sender=sender)
+            return
+        for sink in list(self.sinks):
+            sink(arrival)
+
+    def end(self) -> None:
+        """Undeclare the subscriber."""
+        if not self._core.session.zenoh.is_closed():
+            self._subscriber.undeclare()
+
+
+class Topics:
+    """The one-way messages of a module."""
+
+    def __init__(self, core: Core, context: ContextFactory) -> None:
+        self._core = core
+        self._context = context
+        self._topics: dict[str, Topic] = {}
+        self._lost = 0
+        core.tally.counters["sent while the router was away"] = lambda: self._lost
+
+    def publish(self, kind: MessageClass, name: str, payload: Payload) -> None:
+        """Send to all who listen; a broadcast while the router is away is lost and counted."""
+        key = self._core.keys.one_way(kind.value, name, self._core.name)
+        self.send(key, payload, block=kind == MessageClass.INFORM)
+
+    def send(self, key: str, payload: Payload, *, block: bool = True) -> None:
+        """Send on a key; with ``block`` it is not dropped when the link is congested."""
+        if not self._core.session.is_up:
+            self._lost += 1
+            return
+        attachment = new_envelope(self._core.incarnation).model_dump_json().encode()
+        self._core.session.put(key, payload, attachment=attachment, block=block)
+
+    def listen(self, key: str, decode: Decode, sink: Sink) -> Callable[[], None]:
+        """Hand everything on ``key`` to ``sink``; gives a function that ends it."""
+        topic = self._topics.get(key)
+        if topic is None:
+            topic = self._topics[key] = Topic(self._core, key, decode)
+        topic.sinks.append(sink)
+
+        def end() -> None:
+            topic.sinks.remove(sink)
+            if not topic.sinks:
+                del self._topics[key]
+                topic.end()
+
+        return end
+
+    def listen_to(self, message_type: type[Message], sink: Sink) -> Callable[[], None]:
+        """Hand all messages of a type to ``sink``."""
+        kind = message_type.message_class.value
+        key = self._core.keys.one_way(kind, message_type.wire_name, "*")
+        return self.listen(key, lambda payload: decode_message(payload, message_type), sink)
+
+    async def handle(self, handler: Handler, arrivals: Subscription[Arrival[Any]]) -> None:
+        """Run a handler for each message in turn; one that fails is logged and left behind."""
+        async for arrival in arrivals:
+            handled.set(arrival.envelope)
+            context = self._context(sender=arrival.sender, id=arrival.envelope.id)
+            try:
+                await handler.function(arrival.value, context)
+            except Exception:
+                name = handler.message_type.wire_name
+                logger.exception("handler of %s from %s failed", name, arrival.sender)

@@ -1,0 +1,52 @@
+"""What a message type says about itself: its answer type and its array fields."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, TypeAdapter
+
+from tca_bus._messages import Message, MultiQuery, Query, TaskMessage
+from tca_bus.arrays import ArrayField
+
+ANSWERED = (Query, MultiQuery, TaskMessage)
+
+
+@cache
+def answer_type(message_type: type[Message]) -> Any:
+    """The reply or result type of a message type; ``Any`` when it names none.
+
+    ``class Where(Query[Place])`` gives ``Place``.
+    """
+    for base in message_type.__mro__:
+        generic = getattr(base, "__pydantic_generic_metadata__", {})
+        if generic.get("args") and issubclass(base, ANSWERED):
+            return generic["args"][0]
+    return Any
+
+
+@cache
+def answer_adapter(message_type: type[Message]) -> TypeAdapter[Any]:
+    """A validator and serialiser of the answers to a message type."""
+    return TypeAdapter(answer_type(message_type))
+
+
+@cache
+def array_fields(value_type: Any) -> dict[str, np.dtype[Any]]:
+    """The fields of a model that travel as binary arrays, with their number types."""
+    if not (isinstance(value_type, type) and issubclass(value_type, BaseModel)):
+        return {}
+    return {
+        name: mark.dtype
+        for name, field in value_type.model_fields.items()
+        for mark in field.metadata
+        if isinstance(mark, ArrayField)
+    }
+
+
+def summary(described: Any) -> str:
+    """The first line of a docstring."""
+    lines = (described.__doc__ or "").strip().splitlines()
+    return lines[0] if lines else ""

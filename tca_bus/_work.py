@@ -1,0 +1,246 @@
+"""The handling side of tasks: central gives them, a handler runs, the outcome is reported."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import ValidationError
+
+from tca_bus._context import Context, TaskContext
+from tca_bus._core import Core
+from tca_bus._envelope import handled
+from tca_bus._errors import (
+    ClosedError,
+    InvalidMessageError,
+    NoHandlerError,
+    RefusedError,
+    TaskError,
+    TaskFailedError,
+    TcaError,
+)
+from tca_bus._failure import Failure
+from tca_bus._faults import failure_of
+from tca_bus._handlers import TASKS, Handler, Handlers
+from tca_bus._messages import Message
+from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
+from tca_bus._tasks import OUT_OF_REACH, TaskSender
+from tca_bus._types import answer_adapter
+from tca_bus._wire import problems_of
+
+logger = logging.getLogger(__name__)
+
+MOST_REPORTED = 1024
+"""Acknowledged outcomes that are kept, to report again should central ask again."""
+
+REPORT_PATIENCE = 60.0
+"""Wall seconds of one attempt to report; a report is repeated for as long as the module lives."""
+
+Try = tuple[str, int]
+"""A task id and the attempt number."""
+
+
+@dataclass(eq=False)
+class Job:
+    """One attempt at a task in this module."""
+
+    task: HandleTask
+    running: asyncio.Task[None] | None = None
+    is_cancelled: bool = False
+    is_concluded: bool = False
+
+
+@dataclass
+class TaskWorker:
+    """Runs the handlers of goals and commands, each attempt once."""
+
+    core: Core
+    handlers: Handlers
+    sender: TaskSender
+    make_context: Callable[[HandleTask], TaskContext]
+    _jobs: dict[str, Job] = field(default_factory=dict)
+    _outcomes: OrderedDict[Try, ReportOutcome] = field(default_factory=OrderedDict)
+    _reporting: set[Try] = field(default_factory=set)
+    _slots: dict[str, asyncio.Semaphore] = field(default_factory=dict)
+    _forgotten: int = 0
+
+    def begin(self) -> None:
+        """Register the handlers by which central gives and cancels tasks."""
+        self.handlers.add(HandleTask, self.take, built_in=True)
+        self.handlers.add(CancelTask, self.cancel, built_in=True)
+        self.core.tally.counters["outcomes"] = lambda: self._forgotten
+
+    def handling(self) -> list[str]:
+        """The ids of the tasks whose handlers run or wait for a free slot."""
+        return sorted(self._jobs)
+
+    async def take(self, task: HandleTask, context: Context) -> Taken:
+        """Begin an attempt, or say again that it is under way or done."""
+        del context
+        taken = Taken(id=task.id, attempt=task.attempt)
+        if (task.id, task.attempt) in self._outcomes:
+            self._report(self._outcomes[task.id, task.attempt])
+            return taken
+        job = self._jobs.get(task.id)
+        if job is not None and job.task.attempt == task.attempt:
+            return taken
+        message, handler = self._read(task)
+        if job is not None:
+            await self._supersede(job, task)
+        self._start(task, message, handler)
+        return taken
+
+    async def cancel(self, order: CancelTask, context: Context) -> Taken:
+        """Cancel an attempt; one that is not known here is reported as killed."""
+        del context
+        known = self._outcomes.get((order.id, order.attempt))
+        job = self._jobs.get(order.id)
+        if known is not None:
+            self._report(known)
+        elif job is not None and job.task.attempt == order.attempt:
+            self._stop(job)
+        else:
+            self._conclude(_killed(order.id, order.attempt))
+        return Taken(id=order.id, attempt=order.attempt)
+
+    def _read(self, task: HandleTask) -> tuple[Message, Handler]:
+        handler = self.handlers.get(task.name)
+        if handler is None or handler.message_type.message_class not in TASKS:
+            raise NoHandlerError(task.name, self.handlers.provided())
+        kind = handler.message_type
+        if kind.message_class.value != task.task_class:
+            problem = f"class: expected {kind.message_class.value}, got {task.task_class}"
+            raise InvalidMessageError(task.name, [problem])
+        if kind.revision != task.message_revision:
+            problem = f"revision: expected {kind.revision}, got {task.message_revision}"
+            raise InvalidMessageError(task.name, [problem])
+        try:
+            return kind.model_validate(task.data), handler
+        except ValidationError as error:
+            raise InvalidMessageError(task.name, problems_of(error)) from error
+
+    async def _supersede(self, job: Job, task: HandleTask) -> None:
+        if job.task.attempt > task.attempt:
+            what = f"attempt {task.attempt} of {task.id}"
+            raise RefusedError(what, f"attempt {job.task.attempt} is under way")
+        self._stop(job)
+        if job.running is not None:
+            await asyncio.wait([job.running])
+
+    def _start(self, task: HandleTask, message: Message, handler: Handler) -> None:
+        job = self._jobs[task.id] = Job(task)
+        name = f"{self.core.name}.task.{task.name}"
+        job.running = self.core.spawn(self._run(job, message, handler), name=name)
+        job.running.add_done_callback(lambda _: self._clear(job))
+
+    def _stop(self, job: Job) -> None:
+        if job.running is not None and not job.is_cancelled:
+            job.is_cancelled = True
+            job.running.cancel()
+
+    async def _run(self, job: Job, message: Message, handler: Handler) -> None:
+        context = self.make_context(job.task)
+        envelope = handled.get()
+        if envelope is not None:
+            handled.set(envelope.model_copy(update={"task": job.task.id}))
+        outcome = await self._outcome_of(job, message, handler, context)
+        seen = tuple(context.seen_failures)
+        job.is_concluded = True
+        self._conclude(outcome.model_copy(update={"seen_failures": seen}))
+
+    def _clear(self, job: Job) -> None:
+        if self._jobs.get(job.task.id) is job:
+            del self._jobs[job.task.id]
+        # A job that is cancelled before its first step never comes to its own report.
+        if job.is_cancelled and not job.is_concluded:
+            self._conclude(_killed(job.task.id, job.task.attempt))
+
+    async def _outcome_of(
+        self, job: Job, message: Message, handler: Handler, context: TaskContext
+    ) -> ReportOutcome:
+        task = job.task
+        try:
+            async with self._slot(handler):
+                value = await handler.function(message, context)
+            result = _plain_result(value, handler)
+        except asyncio.CancelledError:
+            if job.is_cancelled:
+                return _killed(task.id, task.attempt)
+            if _is_being_cancelled():
+                raise
+            return self._failed(task, RefusedError(task.name, "its handler was cancelled"))
+        except Exception as error:
+            return self._failed(task, error)
+        return ReportOutcome(
+            id=task.id, attempt=task.attempt, outcome=Outcome.SUCCESS, result=result
+        )
+
+    def _slot(self, handler: Handler) -> asyncio.Semaphore:
+        name = handler.message_type.wire_name
+        return self._slots.setdefault(name, asyncio.Semaphore(handler.capacity))
+
+    def _failed(self, task: HandleTask, error: Exception) -> ReportOutcome:
+        if not isinstance(error, TaskError | TaskFailedError | TcaError):
+            logger.error("handler of %s failed on task %s", task.name, task.id, exc_info=error)
+        failure = failure_of(error, message=task.name, module=self.core.name, node=task.id)
+        return _failure_report(task, failure)
+
+    def _conclude(self, report: ReportOutcome) -> None:
+        self._outcomes[report.id, report.attempt] = report
+        if len(self._outcomes) > MOST_REPORTED:
+            oldest, _ = self._outcomes.popitem(last=False)
+            self._forgotten += oldest in self._reporting
+        self._report(report)
+
+    def _report(self, report: ReportOutcome) -> None:
+        key = (report.id, report.attempt)
+        if key in self._reporting:
+            return
+        name = f"{self.core.name}.report.{report.id}"
+        # A module that is closing reports no more; central sees it leave.
+        with contextlib.suppress(ClosedError):
+            self.core.spawn(self._report_until_taken(report), name=name)
+            self._reporting.add(key)
+
+    async def _report_until_taken(self, report: ReportOutcome) -> None:
+        key = (report.id, report.attempt)
+        try:
+            while key in self._outcomes:
+                try:
+                    await self.sender.ask_central(report, timeout=REPORT_PATIENCE)
+                except OUT_OF_REACH as error:
+                    logger.warning("outcome of task %s is not reported yet: %s", report.id, error)
+                else:
+                    return
+        except TcaError:
+            logger.exception("central does not take the outcome of task %s", report.id)
+        finally:
+            self._reporting.discard(key)
+
+
+def _plain_result(value: Any, handler: Handler) -> Any:
+    """The result as JSON values; a handler that returns something else has failed."""
+    adapter = answer_adapter(handler.message_type)
+    name = f"result of {handler.message_type.wire_name}"
+    try:
+        return adapter.dump_python(adapter.validate_python(value), mode="json")
+    except ValidationError as error:
+        raise InvalidMessageError(name, problems_of(error)) from error
+
+
+def _is_being_cancelled() -> bool:
+    task = asyncio.current_task()
+    return task is not None and task.cancelling() > 0
+
+
+def _killed(id: str, attempt: int) -> ReportOutcome:
+    return ReportOutcome(id=id, attempt=attempt, outcome=Outcome.KILLED)
+
+
+def _failure_report(task: HandleTask, failure: Failure) -> ReportOutcome:
+    return ReportOutcome(id=task.id, attempt=task.attempt, outcome=Outcome.FAILURE, failure=failure)
