@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tca_bus import TcaError, did_you_mean
+from tca_bus import TcaError, did_you_mean, near_matches
 from xavier_sim.base import clip_command, next_speed, next_turn_rate
 from xavier_sim.bumpers import Bumpers
 from xavier_sim.geometry import build_geometry, space_at
@@ -35,8 +35,9 @@ class UnknownDoorError(TcaError, LookupError):
 
     def __init__(self, name: str, known: list[str]) -> None:
         self.name = name
-        near = did_you_mean(name, known)
-        super().__init__(f"there is no room or door {name!r} on this floor.{near}")
+        self.near = near_matches(name, known)
+        hint = did_you_mean(name, known)
+        super().__init__(f"there is no room or door {name!r} on this floor.{hint}")
 
 
 @dataclass(frozen=True)

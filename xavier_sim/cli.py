@@ -1,0 +1,228 @@
+"""The command line ``xavier``."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from tca_bus import ConfigError, Module, RefusedError, configure_logging
+from tca_bus.cli import (
+    DEFAULT_FLAGS,
+    BusFlags,
+    bus_options,
+    emit,
+    emit_json,
+    make_app,
+    run_app,
+    show_table,
+)
+from xavier_sim.floor import DEFAULT_FLOOR, find_floor, load_floor
+from xavier_sim.keyboard import Keyboard
+from xavier_sim.messages import DoorState, MoveDoor, TrueLocation, WhereReally, WorldDoors
+from xavier_sim.pacing import parse_speed
+from xavier_sim.people import People
+from xavier_sim.robot_module import RobotModule
+from xavier_sim.robot_state import RobotState
+from xavier_sim.simulated_time import SimClock
+from xavier_sim.snapshots import SnapshotFile, write_atomically
+from xavier_sim.speech_module import SimulatedPeople, SpeechModule, Typist
+from xavier_sim.spoken_record import RecordFile
+from xavier_sim.survey import plan_to_yaml, survey_floor
+from xavier_sim.world import UnknownDoorError, World
+
+app = make_app("xavier", help="The simulated robot, the office round it, and its speech board.")
+
+Data = Annotated[Path | None, Parameter(env_var="TCA_DATA")]
+
+
+@app.command
+async def run(
+    *,
+    map: str = DEFAULT_FLOOR,  # noqa: A002 - the flag is --map
+    seed: int = 0,
+    speed: str = "1",
+    data: Data = None,
+    epoch: str | None = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the simulated robot until it is stopped.
+
+    Args:
+        map: Floor plan: the name of a floor that comes with it, or a YAML file.
+        seed: Seed of all noise, 0 or more.
+        speed: Simulated seconds per second, or "max" for lockstep with the driver.
+        data: Folder to keep the world in, so that a restarted one goes on.
+        epoch: Simulated time at the start, ISO 8601; now when not given.
+        flags: Where the bus is.
+    """
+    configure_logging("xavier", level=flags.level, json=flags.json)
+    state, store = open_world(map, seed, speed, data, epoch)
+    await RobotModule(state, store, bus_options(flags)).run()
+
+
+@app.command
+async def speech(
+    *,
+    people: Literal["auto", "keyboard"] = "auto",
+    seed: int = 0,
+    silence: float = 0.05,
+    data: Data = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the speech board and the keyboard until they are stopped.
+
+    Args:
+        people: Who answers: simulated people, or whoever sits at this terminal.
+        seed: Seed of what the simulated people do, 0 or more.
+        silence: Share of questions that the simulated people leave unanswered, 0 to 1.
+        data: Folder to keep what was said in, so that a restarted one does nothing twice.
+        flags: Where the bus is.
+    """
+    configure_logging("speech", level=flags.level, json=flags.json)
+    if not 0.0 <= silence <= 1.0:
+        raise ConfigError("--silence", silence, "a share from 0 to 1")
+    module = SpeechModule(bus_options(flags), RecordFile(data))
+    if people == "auto":
+        habits = People(seed=_seed(seed), silence=silence)
+        await module.run(SimulatedPeople(module.module, habits))
+        return
+    async with Keyboard(sys.stdin, sys.stdout) as keyboard:
+        await module.run(Typist(module.module, keyboard))
+
+
+@app.command
+async def door(
+    room: str, move: Literal["open", "close"], *, flags: BusFlags = DEFAULT_FLAGS
+) -> None:
+    """Open or close the door of a room.
+
+    Args:
+        room: A room such as r-5303, or a door by its name.
+        move: What to do with it.
+        flags: Where the bus is.
+    """
+    async with Module(_client_name(), options=bus_options(flags)) as module:
+        await module.wait_for(WorldDoors, timeout=module.options.connect_timeout)
+        rooms = [state.room for state in await module.query(WorldDoors())]
+        if room.lower() not in rooms and not room.startswith("d-"):
+            raise UnknownDoorError(room, rooms)
+        state = await module.query(MoveDoor(room=room.lower(), open=move == "open"))
+    _show_door(state, wanted=move == "open", as_json=flags.json)
+
+
+@app.command
+async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Show where the robot really is."""
+    async with Module(_client_name(), options=bus_options(flags)) as module:
+        await module.wait_for(WhereReally, timeout=module.options.connect_timeout)
+        truth = await module.query(WhereReally())
+    if flags.json:
+        emit_json(truth)
+    else:
+        show_table(["what", "value"], _location_rows(truth))
+
+
+@app.command
+def survey(
+    floor: str,
+    *,
+    seed: int = 0,
+    sigma: float = 0.03,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+) -> None:
+    """Write the plan of a floor with the small errors of a survey, for a navigator.
+
+    Args:
+        floor: Floor plan: the name of a floor that comes with it, or a YAML file.
+        seed: Seed of the errors, 0 or more.
+        sigma: Standard deviation of the errors of walls and doors, metres.
+        output: File to write.
+    """
+    if not 0.0 <= sigma <= 0.2:
+        raise ConfigError("--sigma", sigma, "metres from 0 to 0.2")
+    surveyed = survey_floor(load_floor(floor), sigma=sigma, seed=_seed(seed))
+    title = f"# {surveyed.name} as surveyed: walls and doors are off by about {sigma:g} m"
+    note = "metres, x east, y north"
+    write_atomically(output, f"{title}; {note}.\n{plan_to_yaml(surveyed)}")
+
+
+def open_world(
+    floor: str, seed: int, speed: str, data: Path | None, epoch: str | None
+) -> tuple[RobotState, SnapshotFile | None]:
+    """Make the world that the flags of ``xavier run`` name, or go on with the one in ``data``.
+
+    Raises:
+        ConfigError: a flag cannot be used.
+        FloorError: the floor plan is wrong.
+        SnapshotError: what lies in the data folder is no world of this floor.
+    """
+    pace = _speed(speed)
+    start = _epoch(epoch)
+    plan = load_floor(str(find_floor(floor)))
+    state = RobotState(World(plan, _seed(seed)), SimClock(start), speed=pace)
+    if data is None:
+        return state, None
+    store = SnapshotFile(data)
+    saved = store.load(floor=plan.name)
+    if saved is not None:
+        follows_wall = pace == 1.0 and epoch is None
+        state.restore(saved, at_least=start if follows_wall else 0.0)
+    return state, store
+
+
+def _seed(seed: int) -> int:
+    if seed < 0:
+        raise ConfigError("--seed", seed, "0 or more")
+    return seed
+
+
+def _speed(text: str) -> float | None:
+    try:
+        return parse_speed(text)
+    except ValueError:
+        raise ConfigError("--speed", text, "a number above 0, or max") from None
+
+
+def _epoch(text: str | None) -> float:
+    if text is None:
+        return time.time()
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except ValueError:
+        raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
+
+
+def _client_name() -> str:
+    return f"xavier-{os.getpid()}"
+
+
+def _show_door(state: DoorState, *, wanted: bool, as_json: bool) -> None:
+    if state.open != wanted:
+        raise RefusedError(f"closing the door of {state.room}", "the robot stands in it")
+    if as_json:
+        emit_json(state)
+    else:
+        emit(f"The door of {state.room} is {'open' if state.open else 'closed'}.")
+
+
+def _location_rows(truth: TrueLocation) -> list[tuple[str, str]]:
+    return [
+        ("room", truth.room or "none"),
+        ("space", truth.space or "none"),
+        ("x", f"{truth.x:.3f} m"),
+        ("y", f"{truth.y:.3f} m"),
+        ("theta", f"{truth.theta:.3f} rad"),
+        ("driven", f"{truth.metres:.1f} m"),
+        ("bumps", str(truth.bumps)),
+    ]
+
+
+def main() -> None:
+    """Run the command line."""
+    run_app(app)

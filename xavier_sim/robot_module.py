@@ -1,0 +1,221 @@
+"""The ``xavier`` module: the simulated world on the bus."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+
+from tca_bus import (
+    AwaitTime,
+    Broadcast,
+    BusGoneError,
+    BusOptions,
+    Context,
+    Module,
+    SimulatedTime,
+    TaskError,
+)
+from xavier_sim.driver import STOP, Driver
+from xavier_sim.messages import (
+    DoorState,
+    Drive,
+    MoveDoor,
+    TrueLocation,
+    WhereReally,
+    WorldDoors,
+)
+from xavier_sim.pacing import ALONE_PAUSE, ANSWER_PATIENCE, IDLE_REPEAT, Metronome, may_tick
+from xavier_sim.robot_state import RobotState
+from xavier_sim.simulated_time import Demands, TimeNews
+from xavier_sim.snapshots import SnapshotFile
+from xavier_sim.world import UnknownDoorError
+
+MODULE = "xavier"
+
+SAVE_EVERY = 1.0
+"""Wall seconds between snapshots."""
+
+log = logging.getLogger(__name__)
+
+
+class RobotModule:
+    """Shows a world to the bus: sensors and time out, driving commands and doors in.
+
+    Args:
+        state: the world and its time.
+        store: where to keep it, None for nowhere.
+        options: how to join the bus; the module's own clock is wall time.
+    """
+
+    def __init__(self, state: RobotState, store: SnapshotFile | None, options: BusOptions) -> None:
+        self._state, self._store = state, store
+        self._module = Module(MODULE, options=options.model_copy(update={"clock": "wall"}))
+        self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
+        self._present: dict[str, str] = {}
+        self._bell = asyncio.Event()
+        self._bus_lost, self._changed = False, True
+        self._saved_at = float("-inf")
+        self._sensors_sent = float("-inf")
+        for message_type, handler in (
+            (Drive, self._on_drive),
+            (AwaitTime, self._on_await_time),
+            (WhereReally, self._on_where),
+            (WorldDoors, self._on_doors),
+            (MoveDoor, self._on_move_door),
+        ):
+            self._module.serve(message_type, handler)
+
+    async def run(self) -> None:
+        """Run until cancelled; then keep the world.
+
+        Raises:
+            BusGoneError: there was no router to begin with.
+        """
+        async with self._module:
+            self._module.start(self._watch_presence(), name="xavier presence")
+            try:
+                if self._state.speed is None:
+                    await self._run_lockstep()
+                else:
+                    await self._run_paced(self._state.speed)
+            finally:
+                await self._save()
+
+    async def _run_paced(self, speed: float) -> None:
+        metronome = Metronome(speed, time.monotonic())
+        await self._send_sensors()
+        while True:
+            await asyncio.sleep(metronome.pause(time.monotonic()))
+            await self._tick(*self._driver.command(self._state.world.tick))
+            await self._send_sensors()
+            await self._tell_time()
+
+    async def _run_lockstep(self) -> None:
+        while True:
+            await self._send_sensors()
+            await self._until_may_tick()
+            driven = self._driven
+            await self._tick(*(self._driver.command(self._state.world.tick) if driven else STOP))
+            await self._tell_time()
+            await asyncio.sleep(0 if driven else ALONE_PAUSE)
+
+    async def _until_may_tick(self) -> None:
+        """Stand still until time may move; say meanwhile what might have been lost."""
+        while True:
+            self._bell.clear()
+            wall = time.monotonic()
+            self._demands.clean(wall, self._present.__contains__)
+            if self._may_tick():
+                return
+            await self._tell_time()
+            await self._repeat_sensors(wall)
+            await self._save_if_old(wall)
+            await self._wait_for_bell()
+
+    def _may_tick(self) -> bool:
+        tick = self._state.world.tick
+        return may_tick(
+            driven=self._driven,
+            answered=self._driver.answered(tick),
+            busy=self._driver.busy(tick),
+            awaited=self._demands.any,
+            waking=self._demands.waking,
+        )
+
+    @property
+    def _driven(self) -> bool:
+        return self._driver.name in self._present.values()
+
+    async def _wait_for_bell(self) -> None:
+        """Wait for a message, or a short while: waking modules and lost answers are timed."""
+        news_in = self._news.due_in(self._state.now, time.monotonic())
+        try:
+            async with asyncio.timeout(min(ANSWER_PATIENCE / 3, max(news_in, 0.001))):
+                await self._bell.wait()
+        except TimeoutError:
+            return
+
+    async def _repeat_sensors(self, wall: float) -> None:
+        unanswered = self._driven and not self._driver.answered(self._state.world.tick)
+        if wall - self._sensors_sent > (ANSWER_PATIENCE if unanswered else IDLE_REPEAT):
+            await self._send_sensors()
+
+    async def _tick(self, speed: float, turn_rate: float) -> None:
+        wall = time.monotonic()
+        if self._state.must_save or wall - self._saved_at > SAVE_EVERY:
+            await self._save()
+        self._state.world.step(speed, turn_rate)
+        self._changed = True
+        if self._demands.reached(self._state.now, wall):
+            self._news.hurry()
+
+    async def _send_sensors(self) -> None:
+        self._sensors_sent = time.monotonic()
+        await self._broadcast(self._state.sensors())
+
+    async def _tell_time(self) -> None:
+        now, wall = self._state.now, time.monotonic()
+        if self._news.due_in(now, wall) > 0.0:
+            return
+        self._news.told(now, wall)
+        await self._broadcast(SimulatedTime(time=now, speed=self._state.speed))
+
+    async def _broadcast(self, message: Broadcast) -> None:
+        """Send what a later message will make up for, so that a lost router is no reason to end."""
+        try:
+            await self._module.broadcast(message)
+        except BusGoneError as error:
+            if not self._bus_lost:
+                log.warning("%s", error)
+            self._bus_lost = True
+        else:
+            self._bus_lost = False
+
+    async def _save_if_old(self, wall: float) -> None:
+        if self._changed and wall - self._saved_at > SAVE_EVERY:
+            await self._save()
+
+    async def _save(self) -> None:
+        saved = self._state.saved()
+        self._saved_at, self._changed = time.monotonic(), False
+        if self._store is not None:
+            await asyncio.to_thread(self._store.save, saved)
+        self._state.tick_limit = saved.tick_limit
+
+    async def _watch_presence(self) -> None:
+        async with self._module.watch_modules() as changes:
+            async for change in changes:
+                module = change.module
+                if change.appeared:
+                    self._present[module.incarnation] = module.name
+                else:
+                    self._present.pop(module.incarnation, None)
+                if module.name == self._driver.name:
+                    self._driver.forget()
+                self._bell.set()
+
+    async def _on_drive(self, drive: Drive, context: Context) -> None:
+        if self._driver.hear(drive, context.sender, self._state.world.tick):
+            self._bell.set()
+
+    async def _on_await_time(self, demand: AwaitTime, _context: Context) -> None:
+        now, wall = self._state.now, time.monotonic()
+        if self._demands.note(demand.incarnation, demand.until, now, wall):
+            self._news.hurry()
+        self._bell.set()
+
+    async def _on_where(self, _query: WhereReally, _context: Context) -> TrueLocation:
+        return self._state.true_location()
+
+    async def _on_doors(self, _query: WorldDoors, _context: Context) -> list[DoorState]:
+        return self._state.door_states()
+
+    async def _on_move_door(self, query: MoveDoor, _context: Context) -> DoorState:
+        try:
+            room, is_open = self._state.world.set_door(query.room, is_open=query.open)
+        except UnknownDoorError as error:
+            raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
+        self._changed, self._saved_at = True, float("-inf")
+        self._bell.set()
+        return DoorState(room=room, open=is_open)

@@ -1,0 +1,93 @@
+"""The world together with its time, and both as they are kept on disk."""
+
+from __future__ import annotations
+
+from xavier_sim.messages import DoorState, Sensors, TrueLocation
+from xavier_sim.profile import TICK
+from xavier_sim.simulated_time import SimClock
+from xavier_sim.snapshots import Saved
+from xavier_sim.world import World
+
+LOCKSTEP_RESERVE = 100
+"""Ticks that lockstep may go on after the world was saved, before it must be saved again."""
+
+PACED_RESERVE = 2.0
+"""The same for a paced world, in wall seconds."""
+
+
+class RobotState:
+    """A world, the clock that counts its ticks as time, and the tick it may reach unsaved.
+
+    Args:
+        world: freshly made.
+        clock: the time of its ticks.
+        speed: simulated seconds per wall second, None for lockstep.
+    """
+
+    def __init__(self, world: World, clock: SimClock, *, speed: float | None) -> None:
+        self.world, self.clock, self.speed = world, clock, speed
+        wanted = LOCKSTEP_RESERVE if speed is None else round(PACED_RESERVE * speed / TICK)
+        self._reserve = max(wanted, 10)
+        self.tick_limit = world.tick
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds since the epoch."""
+        return self.clock.time_of(self.world.tick)
+
+    @property
+    def must_save(self) -> bool:
+        """Whether the next tick may come only after the world was saved."""
+        return self.world.tick >= self.tick_limit
+
+    def saved(self) -> Saved:
+        """What to keep now; the next `tick_limit` is in it, and counts once it is on disk."""
+        limit = self.world.tick + self._reserve
+        snapshot = self.world.snapshot()
+        return Saved(clock_start=self.clock.start, tick_limit=limit, world=snapshot)
+
+    def restore(self, saved: Saved, *, at_least: float) -> None:
+        """Go on from what was kept: at a tick and a time that nobody has heard of yet.
+
+        Args:
+            saved: of a world with the same floor.
+            at_least: a time before which the clock must not stand, seconds since the epoch.
+        """
+        self.world.restore({**saved.world, "tick": saved.tick_limit})
+        self.clock = SimClock(saved.clock_start).moved_to(saved.tick_limit, at_least)
+        self.tick_limit = saved.tick_limit
+
+    def sensors(self) -> Sensors:
+        """The reading of the current tick as a message."""
+        reading = self.world.reading
+        return Sensors(
+            tick=reading.tick,
+            time=self.now,
+            period=TICK,
+            lockstep=self.speed is None,
+            sonar=reading.sonar,
+            sonar_fresh=reading.sonar_fresh,
+            odom=reading.odom,
+            speed=reading.speed,
+            turn_rate=reading.turn_rate,
+            bump=reading.bump,
+        )
+
+    def true_location(self) -> TrueLocation:
+        """Where the robot really is, as a message."""
+        truth = self.world.truth()
+        return TrueLocation(
+            x=truth.x,
+            y=truth.y,
+            theta=truth.theta,
+            room=truth.room,
+            space=truth.space,
+            metres=truth.metres,
+            bumps=truth.bumps,
+            tick=truth.tick,
+            time=self.now,
+        )
+
+    def door_states(self) -> list[DoorState]:
+        """Every door as a message."""
+        return [DoorState(room=room, open=is_open) for room, is_open in self.world.doors().items()]
