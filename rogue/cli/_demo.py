@@ -1,0 +1,131 @@
+"""The command that plays the papers' scenarios end to end."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+import sys
+import tempfile
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from rogue import trace
+from rogue.cli._trace import followed
+from rogue.demo import EPOCH, SCENARIOS, Observer, Poster, Scenario
+from rogue.messages import TraceLine
+from rogue.office import OfficeOptions, office_specs
+from rogue.store import FILE_NAME
+from tca_bus import BusOptions, ConfigError, Module, TcaError, TimedOutError
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note
+from tca_bus.launcher import Launcher
+
+Name = Literal["figure6", "figure9"]
+
+PATIENCE = 300.0
+"""Wall seconds that a scenario may take."""
+
+
+class DemoFailedError(TcaError):
+    """A request of the scenario was not completed."""
+
+
+async def demo(
+    name: Name = "figure6",
+    /,
+    *,
+    seed: int = 0,
+    data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Play one of the papers' scenarios in an office of its own, as fast as the machine can.
+
+    The conversation goes to standard output, ending with a line of measurements.
+
+    Parameters
+    ----------
+    name
+        figure6: one request; figure9: a second, more urgent one comes while the robot drives.
+    seed
+        Of everything random in the simulated world.
+    data
+        Folder for what is kept, and for the logs; a temporary one if not given.
+    """
+    with tempfile.TemporaryDirectory(prefix="rogue-demo-") as temporary:
+        folder = data or Path(temporary)
+        if (folder / FILE_NAME).exists():
+            raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
+        try:
+            await _play(SCENARIOS[name], folder, seed, flags)
+        except (TcaError, TimeoutError):
+            if not flags.verbose:
+                _show_logs(folder / "logs")
+            raise
+
+
+async def _play(scenario: Scenario, folder: Path, seed: int, flags: BusFlags) -> None:
+    bus = BusOptions(connect=f"tcp/127.0.0.1:{_free_port()}", realm=flags.realm, clock="sim")
+    options = OfficeOptions(
+        data=folder,
+        seed=seed,
+        speed="max",
+        silence=0.0,
+        epoch=EPOCH,
+        rules=scenario.rules,
+        log_level=flags.level,
+    )
+    console = sys.stderr if flags.verbose else None
+    specs = office_specs(options, bus)
+    async with (
+        Launcher(specs, bus, console=console, log_dir=folder / "logs"),
+        Module(f"rogue-{os.getpid()}", options=bus) as module,
+    ):
+        try:
+            async with asyncio.timeout(PATIENCE):
+                await _watch(module, scenario, flags)
+        except TimeoutError:
+            raise TimedOutError("the scenario", PATIENCE) from None
+
+
+async def _watch(module: Module, scenario: Scenario, flags: BusFlags) -> None:
+    observer, poster = Observer(module), Poster(module, scenario)
+    await observer.begin()
+    async for line in followed(module):
+        _say(line, flags)
+        await observer.see(line)
+        await poster.see(line)
+        if line.text == trace.LISTENING:
+            if poster.all_posted:
+                break
+            await poster.begin()
+    measured = await observer.end()
+    failures = await poster.failures()
+    if failures:
+        raise DemoFailedError("; ".join(failures))
+    if flags.json:
+        emit_json({"measured": measured.line()}, line=True)
+    else:
+        emit(measured.line())
+
+
+def _say(line: TraceLine, flags: BusFlags) -> None:
+    if flags.json:
+        emit_json(line, line=True)
+    else:
+        emit(line.text)
+
+
+def _show_logs(folder: Path) -> None:
+    for file in sorted(folder.glob("*.log")):
+        lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        note(f"--- the last of {file.name}")
+        for line in lines[-20:]:
+            note(line)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

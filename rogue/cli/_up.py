@@ -1,0 +1,78 @@
+"""The command that runs the whole office."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from rogue.cli._folders import default_folder
+from rogue.office import OfficeOptions, People, office_specs
+from rogue.planning import Rules
+from tca_bus import ConfigError
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, note
+from tca_bus.launcher import Launcher
+
+
+async def up(
+    *,
+    map: str | None = None,  # noqa: A002 - as the flag is named
+    seed: int = 0,
+    speed: str = "1",
+    people: People = "auto",
+    silence: float | None = None,
+    data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    rules: Rules = Rules.WORKING,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the whole office: router, central, robot, speech, navigator and planner.
+
+    Parameters
+    ----------
+    map
+        Floor plan: the name of a built-in one or a file; the fifth floor if not given.
+    seed
+        Of everything random in the simulated world.
+    speed
+        Simulated seconds per second, or max for as fast as the machine can.
+    people
+        auto: simulated people answer the robot; keyboard: you do, in this terminal.
+    silence
+        Share of the questions that simulated people do not answer, 0 to 1.
+    data
+        Folder in which everything kept lies; the user's state folder if not given.
+    rules
+        Control rules of the planner.
+    """
+    check_speed(speed)
+    bus = bus_options(flags).model_copy(update={"clock": "sim"})
+    options = OfficeOptions(
+        data=data or default_folder(flags.realm),
+        map=map,
+        seed=seed,
+        speed=speed,
+        people=people,
+        silence=silence,
+        rules=rules,
+        log_level=flags.level,
+    )
+    async with Launcher(office_specs(options, bus), bus, console=sys.stderr) as launcher:
+        note(f"The office is open on {bus.connect}; everything is kept in {options.data}.")
+        note("In another terminal: rogue request delivermail --user mitchell --wait")
+        await launcher.serve_forever()
+
+
+def check_speed(speed: str) -> None:
+    """Refuse a speed that the simulator could not take.
+
+    Raises:
+        ConfigError: it is neither ``max`` nor a positive number.
+    """
+    try:
+        good = speed == "max" or 0 < float(speed) < float("inf")
+    except ValueError:
+        good = False
+    if not good:
+        raise ConfigError("--speed", speed, "a positive number, or max")

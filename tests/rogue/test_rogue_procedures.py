@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import pytest
+from rogue_fakes import NO_ANSWER, ScriptedRobot, failed, play, position, typed
+
+from navigate.messages import NavigateToGoal, SetPosition
+from rogue.procedures import Patience, acquire, deliver, go_to
+from rogue.trace import say_line
+from xavier_sim.messages import Ask, Say
+
+PATIENCE = Patience()
+MAIL = "Tom Mitchell's mail delivery"
+
+GOTO_LINES = """\
+          SENDING COMMAND (TCAEXPANDGOAL "navigateToG" #(TASK-CONTROL::MAPLOCDATA 567.0d0 2316.5d0))
+          ...waiting...
+          Action NAVIGATE-TO-GOAL-ACHIEVED finished.
+
+          Verifying Location: R-5303
+          SENDING COMMAND (TCAEXECUTECOMMAND "C_say" "Am I really at the door of room R-5303?")
+          SENDING COMMAND (TCAEXECUTECOMMAND "C_say" "Please answer on my keyboard.")
+
+Am I really at the door of room R-5303? (y/n): y
+          COMPLETED-ACTION (GOTO-LOCATION 1 R-5303)
+"""
+
+
+def test_goto_prints_what_figure_6_prints():
+    robot = ScriptedRobot()
+    outcome, lines = play(go_to("r-5303", PATIENCE), robot.outcome)
+    assert "\n".join(lines) == GOTO_LINES
+    assert (outcome.kind, outcome.room) == ("done", "r-5303")
+
+
+def test_a_wrong_arrival_is_told_the_navigator_and_driven_again():
+    robot = ScriptedRobot(answers=[typed("n"), typed("R-5305"), typed("y")])
+    outcome, lines = play(go_to("r-5303", PATIENCE), robot.outcome)
+    assert outcome.kind == "done"
+    assert SetPosition(room="r-5305") in robot.performed
+    assert robot.count(NavigateToGoal) == 2
+    assert "          The robot is at R-5305." in lines
+
+
+def test_after_three_wrong_arrivals_the_planner_learns_the_true_room():
+    robot = ScriptedRobot(answers=[typed("n"), typed("r-5305")] * 3)
+    outcome, _ = play(go_to("r-5303", PATIENCE), robot.outcome)
+    assert (outcome.kind, outcome.room) == ("elsewhere", "r-5305")
+    assert robot.count(NavigateToGoal) == 3
+
+
+def test_a_room_that_nobody_knows_is_asked_for_again():
+    robot = ScriptedRobot(answers=[typed("n"), typed("the loo"), typed("r-5305"), typed("y")])
+    outcome, _ = play(go_to("r-5303", PATIENCE), robot.outcome)
+    assert outcome.kind == "done"
+
+
+@pytest.mark.parametrize(
+    ("room", "deviation", "kind"),
+    [("r-5303", 0.2, "done"), ("r-5303", 3.0, "failed"), ("r-5305", 0.2, "failed")],
+)
+def test_with_nobody_there_a_navigator_that_is_sure_is_believed(room, deviation, kind):
+    robot = ScriptedRobot(answers=[NO_ANSWER] * 99, belief=position(room, deviation))
+    outcome, _ = play(go_to("r-5303", PATIENCE), robot.outcome)
+    assert outcome.kind == kind
+    if kind == "done":
+        assert robot.count(Ask) == PATIENCE.asks
+
+
+def test_a_door_that_is_opened_in_time_lets_it_pass():
+    robot = ScriptedRobot(drives=[failed("door_blocked"), failed("door_blocked")])
+    outcome, lines = play(go_to("r-5313", PATIENCE), robot.outcome)
+    assert outcome.kind == "done"
+    assert robot.pauses == [PATIENCE.pause] * 2
+    assert lines.count("          Action NAVIGATE-TO-GOAL-FAILED finished.") == 2
+
+
+@pytest.mark.parametrize("reason", ["door_blocked", "corridor_blocked", "no_route"])
+def test_a_way_that_stays_blocked_is_the_reason(reason):
+    robot = ScriptedRobot(drives=[failed(reason)] * 99)
+    outcome, _ = play(go_to("r-5313", PATIENCE), robot.outcome)
+    assert outcome.kind == "failed"
+    assert outcome.reason is not None
+    assert f"cannot get to r-5313, {reason}" in outcome.reason
+    assert robot.count(NavigateToGoal) == PATIENCE.blocked_tries
+    assert robot.count(Ask) == 0
+
+
+def test_a_lost_robot_asks_where_it_is():
+    robot = ScriptedRobot(drives=[failed("lost")], answers=[typed("r-5305"), typed("y")])
+    outcome, _ = play(go_to("r-5313", PATIENCE), robot.outcome)
+    assert outcome.kind == "done"
+    assert [m.about for m in robot.performed if isinstance(m, Ask)] == ["where", "place"]
+
+
+def test_acquire_prints_what_figure_6_prints():
+    outcome, lines = play(
+        acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), ScriptedRobot().outcome
+    )
+    assert lines == [
+        f'          SENDING COMMAND (TCAEXECUTECOMMAND "C_say" "Please place {MAIL} on my tray.")',
+        say_line("Please indicate on my keyboard when you are finished."),
+        "",
+        f"Are you finished placing {MAIL} on my tray? (y/i(mpossible)): y",
+        f'          COMPLETED-ACTION (ACQUIRE-ITEM 1 "{MAIL}")',
+        "",
+    ]
+    assert (outcome.kind, outcome.room) == ("done", "r-5303")
+
+
+def test_impossible_fails_with_that_reason():
+    robot = ScriptedRobot(answers=[typed("i")])
+    outcome, lines = play(
+        deliver("r-5313", "mitchell", "delivermail", MAIL, PATIENCE), robot.outcome
+    )
+    assert outcome.kind == "failed"
+    assert outcome.reason == "deliver-item at r-5313, impossible: the person there said so"
+    assert f"Are you finished taking {MAIL} from my tray? (y/i(mpossible)): i" in lines
+
+
+def test_an_unanswered_question_is_asked_three_times():
+    robot = ScriptedRobot(answers=[NO_ANSWER] * 99)
+    outcome, _ = play(acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), robot.outcome)
+    assert outcome.kind == "failed"
+    assert "no_answer: nobody answered" in (outcome.reason or "")
+    assert (robot.count(Ask), robot.count(Say)) == (3, 6)
+
+
+def test_an_answer_at_the_second_try_will_do():
+    robot = ScriptedRobot(answers=[NO_ANSWER, typed("y")])
+    outcome, _ = play(acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), robot.outcome)
+    assert outcome.kind == "done"
