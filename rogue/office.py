@@ -19,10 +19,10 @@ People = Literal["auto", "keyboard"]
 class OfficeOptions:
     """What kind of office.
 
-    ``map`` is a floor plan, by name or as a file, None for the built-in one; ``speed`` is simulated seconds per
-    second or ``max`` for lockstep; ``silence`` the share of questions that simulated people do
-    not answer, ``epoch`` the simulated time at the start in ISO 8601, both None for the
-    simulator's own; ``data`` the folder in which everything kept lies.
+    ``map`` is a floor plan, by name or as a file, None for the built-in one; ``speed`` is
+    simulated seconds per second or ``max`` for lockstep; ``silence`` is the share of questions
+    that simulated people do not answer, ``epoch`` the simulated time at the start in ISO 8601,
+    both None for the simulator's own; ``data`` is the folder in which everything kept lies.
     """
 
     data: Path
