@@ -50,7 +50,8 @@ def blocked_curvatures(x: Floats, y: Floats, radius: float) -> tuple[Floats, Flo
     """Bounds of the curvatures that circles block; infinite where the robot is inside of one.
 
     Args:
-        x: metres ahead of the robot, shape (n,); ``y`` metres to the left, shape (n,).
+        x: metres ahead of the robot, shape (n,).
+        y: metres to the left, shape (n,).
         radius: metres, inflated by the robot's own.
     """
     power = x * x + y * y - radius * radius
@@ -75,9 +76,7 @@ def free_arcs(curvatures: Floats, x: Floats, y: Floats, radius: float) -> Floats
     return np.asarray(reach.min(axis=1))
 
 
-def choose(
-    echoes: Floats, heading: float, *, top_speed: float, margin: float = MARGIN
-) -> Choice:
+def choose(echoes: Floats, heading: float, *, top_speed: float, margin: float = MARGIN) -> Choice:
     """Choose wheels for a robot among ``echoes`` (n, 2) that wants to turn by ``heading``.
 
     Returns:

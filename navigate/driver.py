@@ -172,19 +172,22 @@ class Driver:
             drive.steps = self._plan(drive, view)
             drive.nearest, drive.nearest_at = math.inf, view.time
         view = yield STOP
-        _check(view)
         start, behind_door = view.at, False
         while drive.steps:
+            _check(view)
             step = drive.steps[0]
             if step.door is not None:
-                view = yield from pass_door(view, step.door, side_of(step.door, step.to))
-                self._memory.opened(step.door.name)
-                behind_door = True
+                view = yield from self._pass(view, step, step.door)
             elif not _lined_up(view, drive.steps):
                 view = yield from _go(view, start, drive.steps, behind_door=behind_door)
-                behind_door = False
-            _check(view)
+            behind_door = step.door is not None
             start = drive.steps.pop(0).to
+        _check(view)
+        return view
+
+    def _pass(self, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
+        view = yield from pass_door(view, door, side_of(door, step.to))
+        self._memory.opened(door.name)
         return view
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
@@ -215,9 +218,7 @@ class Driver:
         return (yield from wait(view, 0.5))
 
 
-def _go(
-    view: View, start: Point, steps: list[Step], *, behind_door: bool
-) -> Manoeuvre[View]:
+def _go(view: View, start: Point, steps: list[Step], *, behind_door: bool) -> Manoeuvre[View]:
     """Follow the first of ``steps``, a straight way."""
     goal = steps[0].to
     last = len(steps) == 1

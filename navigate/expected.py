@@ -38,6 +38,7 @@ CAPACITY = 1024
 """Tiles kept; the oldest is dropped for a new one. Each takes 18 kilobytes."""
 
 Halves = NDArray[np.float16]
+Singles = NDArray[np.float32]
 
 
 class ExpectedRanges:
@@ -61,7 +62,9 @@ class ExpectedRanges:
         """Expected ranges of cones that start at points and look in directions.
 
         Args:
-            x: metres, any shape; y and direction (radians) likewise, of the same shape.
+            x: metres, any shape.
+            y: metres, same shape.
+            direction: radians, same shape.
 
         Returns:
             Ranges with open doors and with shut doors, metres up to `REACH`, of that shape.
@@ -109,7 +112,7 @@ class _Lines:
         self._upright = np.column_stack([low[:, 0], low[:, 1], high[:, 1]])[upright]
         self._level = np.column_stack([low[:, 1], low[:, 0], high[:, 0]])[~upright]
 
-    def ranges(self, xs: Floats, ys: Floats) -> Floats:
+    def ranges(self, xs: Floats, ys: Floats) -> Singles:
         """Ranges (len(xs) * len(ys), DIRECTIONS) from every cell, x major, capped at REACH."""
         along = _hits(self._upright, xs, ys, _COS, _SIN)
         across = _hits(self._level, ys, xs, _SIN, _COS)
@@ -118,17 +121,17 @@ class _Lines:
 
 
 _ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-_COS: NDArray[np.float32] = np.cos(_ANGLES).astype(np.float32)
-_SIN: NDArray[np.float32] = np.sin(_ANGLES).astype(np.float32)
+_COS: Singles = np.cos(_ANGLES).astype(np.float32)
+_SIN: Singles = np.sin(_ANGLES).astype(np.float32)
 
 
 def _hits(
     lines: Floats,
     across: Floats,
     along: Floats,
-    toward: NDArray[np.float32],
-    aside: NDArray[np.float32],
-) -> Floats:
+    toward: Singles,
+    aside: Singles,
+) -> Singles:
     """Ranges (len(across), len(along), DIRECTIONS) to lines at a coordinate ``across``."""
     near = _around(lines, across, along)
     out = np.full((len(across), len(along), DIRECTIONS), REACH, dtype=np.float32)
@@ -139,9 +142,10 @@ def _hits(
     distance = lines32[None, None, :, 0] - across.astype(np.float32)[:, None, None]
     ranges = distance / toward[None, facing, None]
     ranges = np.where((ranges > 0.0) & (ranges < REACH), ranges, np.float32(FAR))
-    meets = along.astype(np.float32)[None, :, None, None] + (
-        ranges * aside[None, facing, None]
-    )[:, None]
+    meets = (
+        along.astype(np.float32)[None, :, None, None]
+        + (ranges * aside[None, facing, None])[:, None]
+    )
     inside = (meets >= lines32[:, 1]) & (meets <= lines32[:, 2])
     hit = np.where(inside, ranges[:, None], np.float32(REACH)).min(axis=-1)
     out[:, :, facing] = np.minimum(hit, REACH)
@@ -154,7 +158,7 @@ def _around(lines: Floats, across: Floats, along: Floats) -> Floats:
     return lines[keep]
 
 
-def _cones(rays: Floats) -> Floats:
+def _cones(rays: Singles) -> Singles:
     """The nearest of each ray and its two neighbours on either side: a cone of 20 degrees."""
     best = rays
     for shift in (-2, -1, 1, 2):

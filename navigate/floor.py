@@ -7,19 +7,19 @@ from functools import cached_property
 
 from navigate.messages import RoomLocation
 from navigate.walls import Floats, Passage, map_passages, wall_segments
-from tca_bus import did_you_mean
+from tca_bus import RefusedError, did_you_mean, near_matches
 from xavier_sim.messages import FloorPlan, Space, SpaceKind
 
 CENTIMETRES = 100.0
 """Map units (the papers' coordinates) in a metre."""
 
 
-class UnknownRoomError(LookupError):
-    """The map has no such room. ``room`` is what was asked for, ``known`` what there is."""
+class UnknownRoomError(RefusedError, LookupError):
+    """The map has no such room. ``room`` is what was asked for, ``near`` what looks like it."""
 
     def __init__(self, room: str, known: list[str]) -> None:
-        self.room, self.known = room, known
-        super().__init__(f"the map has no room {room!r}.{did_you_mean(room, known)}")
+        self.room, self.near = room, near_matches(room, known)
+        super().__init__(f"room {room!r}", f"the map has no such room.{did_you_mean(room, known)}")
 
 
 class Floor:
@@ -51,9 +51,7 @@ class Floor:
     def location(self, room: str) -> RoomLocation:
         """The place of ``room`` in map units, to a tenth of one."""
         x, y = self.place(room)
-        return RoomLocation(
-            room=room, x=round(x * CENTIMETRES, 1), y=round(y * CENTIMETRES, 1)
-        )
+        return RoomLocation(room=room, x=round(x * CENTIMETRES, 1), y=round(y * CENTIMETRES, 1))
 
     def room_near(self, x: float, y: float, *, within: float = 0.5) -> str | None:
         """The room whose place is nearest to the point, if it is ``within`` metres."""
@@ -67,9 +65,7 @@ class Floor:
 
     def space_nearest(self, x: float, y: float) -> Space:
         """The space that holds the point, or else the nearest one."""
-        return self.space_at(x, y) or max(
-            self.plan.spaces, key=lambda space: inset(space, x, y)
-        )
+        return self.space_at(x, y) or max(self.plan.spaces, key=lambda space: inset(space, x, y))
 
     def doorway_at(self, x: float, y: float, *, reach: float = 0.45) -> Passage | None:
         """The door in whose frame the point lies: ``reach`` metres before or behind its line."""
@@ -101,7 +97,7 @@ def inset(space: Space, x: float, y: float) -> float:
 
 
 def frame(door: Passage, x: float, y: float) -> tuple[float, float]:
-    """A point in the frame of a door: metres ahead of its line along the normal, and to the left."""
+    """A point in the frame of a door: metres beyond its line along the normal, and left."""
     (cx, cy), (nx, ny) = door.centre, door.normal
     return (x - cx) * nx + (y - cy) * ny, (y - cy) * nx - (x - cx) * ny
 

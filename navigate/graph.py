@@ -90,9 +90,7 @@ def _standoff(floor: Floor, passage: Passage, side: int) -> Node:
 
 
 def _away(space: Space, passage: Passage) -> float:
-    depth = (
-        space.high.x - space.low.x if passage.normal[0] else space.high.y - space.low.y
-    )
+    depth = space.high.x - space.low.x if passage.normal[0] else space.high.y - space.low.y
     return min(ROOM_STANDOFF if is_room(space) else CORRIDOR_STANDOFF, depth / 2)
 
 

@@ -158,9 +158,7 @@ class Planner:
             return (i for i, node in enumerate(self.graph.nodes) if node.passage == door.name)
         return self.graph.at.get(self.floor.space_nearest(*start).name, [])
 
-    def _costs(
-        self, point: Point, nodes: Iterable[int], blocked: Hindrances
-    ) -> dict[int, float]:
+    def _costs(self, point: Point, nodes: Iterable[int], blocked: Hindrances) -> dict[int, float]:
         spots = ((i, self.graph.nodes[i].at) for i in nodes)
         return {
             i: straight(math.dist(point, at))

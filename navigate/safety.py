@@ -14,6 +14,9 @@ KEEP_OFF = 0.06
 """Metres to keep from what is ahead, at any speed."""
 
 NARROW_KEEP_OFF = 0.02
+FAR = 10.0
+"""Metres that stand for no echo."""
+
 _COS, _SIN = np.cos(BEARINGS), np.sin(BEARINGS)
 _AHEAD = _COS > 0.5
 _STRAIGHT = np.arange(len(BEARINGS)) == 0
@@ -36,7 +39,7 @@ def guard(wheels: Wheels, view: View) -> Wheels:
 
 def _room_ahead(view: View, *, narrow: bool) -> float:
     """Metres to the nearest echo in the robot's lane."""
-    distance = RING_RADIUS + view.ranges
+    distance = RING_RADIUS + np.minimum(view.ranges, FAR)
     lane = _STRAIGHT if narrow else _AHEAD & (np.abs(distance * _SIN) < ROBOT_RADIUS)
     keep = NARROW_KEEP_OFF if narrow else KEEP_OFF
     ahead = distance[lane] * _COS[lane] - ROBOT_RADIUS - keep

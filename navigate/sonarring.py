@@ -24,7 +24,7 @@ CONE_HALF = math.radians(11.25)
 PITCH = 2.0 * math.pi / SONAR_COUNT
 """Radians from one sonar to the next."""
 
-BEARINGS: Floats = np.arange(SONAR_COUNT) * PITCH
+BEARINGS: Floats = PITCH * np.arange(SONAR_COUNT, dtype=np.float64)
 """Where each sonar looks, radians to the left of ahead, shape (24,)."""
 
 SONARS = range(SONAR_COUNT)

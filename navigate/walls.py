@@ -96,12 +96,7 @@ def _doorway(door: Door, spaces: dict[str, Space]) -> Passage:
     one, other = (spaces[name] for name in door.between)
     gap_x = max(one.low.x, other.low.x) - min(one.high.x, other.high.x)
     gap_y = max(one.low.y, other.low.y) - min(one.high.y, other.high.y)
-    towards = np.sign(
-        (other.low.x + other.high.x - one.low.x - one.high.x)
-        if gap_x > gap_y
-        else (other.low.y + other.high.y - one.low.y - one.high.y)
-    )
-    normal = (float(towards), 0.0) if gap_x > gap_y else (0.0, float(towards))
+    normal = _towards(one, other, 0 if gap_x > gap_y else 1)
     return Passage(door.name, door.between, (door.at.x, door.at.y), normal, door.width, True)
 
 
@@ -117,10 +112,13 @@ def _openings(one: Space, other: Space) -> list[Passage]:
     if min(span) > TOUCH:
         return [Passage(name, (one.name, other.name), centre, (0.0, 0.0), min(span), False)]
     across = 0 if span[0] < span[1] else 1
-    return [
-        _opening(name, one, other, across, (low[1 - across] + part, centre[across]), width)
-        for part, width in _shares(span[1 - across])
-    ]
+    normal = _towards(one, other, across)
+    passages = []
+    for part, width in _shares(span[1 - across]):
+        along, at = low[1 - across] + part, centre[across]
+        spot = (at, along) if across == 0 else (along, at)
+        passages.append(Passage(name, (one.name, other.name), spot, normal, width, False))
+    return passages
 
 
 def _shares(length: float) -> list[tuple[float, float]]:
@@ -129,15 +127,11 @@ def _shares(length: float) -> list[tuple[float, float]]:
     return [((index + 0.5) * width, width) for index in range(count)]
 
 
-def _opening(
-    name: str, one: Space, other: Space, across: int, spot: tuple[float, float], width: float
-) -> Passage:
-    along, at = spot
+def _towards(one: Space, other: Space, across: int) -> tuple[float, float]:
+    """The unit vector along axis ``across`` from one space to the other."""
     if across == 0:
-        towards = 1.0 if other.low.x + other.high.x > one.low.x + one.high.x else -1.0
-        return Passage(name, (one.name, other.name), (at, along), (towards, 0.0), width, False)
-    towards = 1.0 if other.low.y + other.high.y > one.low.y + one.high.y else -1.0
-    return Passage(name, (one.name, other.name), (along, at), (0.0, towards), width, False)
+        return (float(np.sign(other.low.x + other.high.x - one.low.x - one.high.x)), 0.0)
+    return (0.0, float(np.sign(other.low.y + other.high.y - one.low.y - one.high.y)))
 
 
 def _open_cuts(plan: FloorPlan, space: Space, edge: Edge) -> list[tuple[float, float]]:

@@ -1,0 +1,201 @@
+"""The ``navigate`` module: the navigator on the bus."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from typing import Any
+
+from navigate.driver import Drive as Errand
+from navigate.floor import CENTIMETRES, UnknownRoomError
+from navigate.graph import Point
+from navigate.keeping import StateFile
+from navigate.messages import (
+    NavigateToGoal,
+    NavigationFailure,
+    NavigationReport,
+    PlanRoute,
+    Position,
+    RoomLocation,
+    Rooms,
+    Route,
+    SetPosition,
+    WhereAmI,
+    WhereIsRoom,
+)
+from navigate.navigator import Navigator
+from navigate.routes import NoRouteError, describe
+from tca_bus import (
+    BusGoneError,
+    BusOptions,
+    Context,
+    Module,
+    NoHandlerError,
+    TaskContext,
+    TaskError,
+)
+from xavier_sim.messages import Drive, Sensors
+
+NAME = "navigate"
+SAVE_SECONDS = 1.0
+"""Wall seconds between two savings of the state."""
+
+SENSOR_SECONDS = 30.0
+"""Wall seconds that a goal waits for a robot that says nothing yet."""
+
+log = logging.getLogger(__name__)
+
+
+class NavigateService:
+    """Serves a `Navigator` on the bus, with its state in ``kept`` if that is given.
+
+    Use: ``await NavigateService(navigator, options).run()``; it runs until cancelled.
+    """
+
+    def __init__(
+        self, navigator: Navigator, options: BusOptions | None, kept: StateFile | None = None
+    ) -> None:
+        self.module = Module(NAME, options=options)
+        self._navigator, self._kept = navigator, kept
+        self._sensors: Sensors | None = None
+        self._heard, self._ended = asyncio.Event(), asyncio.Event()
+        self._errand: Errand | None = None
+        self._unheard = 0
+        self.module.serve(Sensors, self._on_sensors)
+        self.module.serve(NavigateToGoal, self._on_goal)
+        self.module.serve(SetPosition, self._on_set_position)
+        self.module.serve(WhereAmI, self._on_where)
+        self.module.serve(WhereIsRoom, self._on_room)
+        self.module.serve(Rooms, self._on_rooms)
+        self.module.serve(PlanRoute, self._on_plan)
+
+    async def run(self) -> None:
+        """Serve until cancelled.
+
+        Raises:
+            BusGoneError: there is no router.
+        """
+        self._load()
+        async with self.module:
+            if self._kept is not None:
+                self.module.start(self._keep(self._kept), name="navigate keeps its state")
+            await self.module.serve_forever()
+
+    async def _on_sensors(self, sensors: Sensors, _context: Context) -> None:
+        last, self._sensors = self._sensors, sensors
+        if last is None or (sensors.tick, sensors.time) != (last.tick, last.time):
+            self._navigator.step(sensors)
+            self._heard.set()
+            if self._errand is not None and self._errand.done:
+                self._ended.set()
+        await self._answer(sensors)
+
+    async def _answer(self, sensors: Sensors) -> None:
+        """Answer the sensors of a tick; a robot that went away is no reason to end."""
+        wheels, busy = self._navigator.wheels, self._navigator.busy
+        drive = Drive(tick=sensors.tick, speed=wheels.speed, turn_rate=wheels.turn, busy=busy)
+        try:
+            await self.module.inform(drive)
+        except (NoHandlerError, BusGoneError) as error:
+            self._unheard += 1
+            if self._unheard == 1:
+                log.warning("nobody takes the wheels' commands: %s", error)
+        else:
+            self._unheard = 0
+
+    async def _on_goal(self, goal: NavigateToGoal, _context: TaskContext) -> NavigationReport:
+        sensors = await self._first_sensors()
+        point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
+        self._ended.clear()
+        self._errand = errand = self._navigator.start(point, sensors)
+        log.info("drives to %s", self._name(point))
+        try:
+            if not errand.done:
+                await self._answer(sensors)
+                await self._ended.wait()
+        finally:
+            self._errand = None
+            await self._stop()
+        return self._ending(errand, point)
+
+    async def _first_sensors(self) -> Sensors:
+        try:
+            async with asyncio.timeout(SENSOR_SECONDS):
+                await self._heard.wait()
+        except TimeoutError as error:
+            text = f"the robot has sent no sensor readings for {SENSOR_SECONDS:.0f} s"
+            raise TaskError(NavigationFailure.LOST, text) from error
+        assert self._sensors is not None
+        return self._sensors
+
+    async def _stop(self) -> None:
+        """Stand, and say so to the robot: also when the drive was cancelled under way."""
+        self._navigator.cancel()
+        if self._sensors is not None:
+            await self._answer(self._sensors)
+
+    def _ending(self, errand: Errand, point: Point) -> NavigationReport:
+        report = self._navigator.report(errand)
+        if errand.failure is None:
+            log.info("arrived at %s, %.1f m", self._name(point), report.metres)
+            return report
+        text = f"did not get to {self._name(point)}: {errand.failure.text}"
+        log.warning("%s (%s)", text, errand.failure.reason)
+        raise TaskError(errand.failure.reason, text, data=report) from errand.failure
+
+    def _name(self, point: Point) -> str:
+        room = self._navigator.floor.room_near(*point)
+        return room or f"({point[0]:.2f}, {point[1]:.2f})"
+
+    async def _on_set_position(self, command: SetPosition, _context: TaskContext) -> Position:
+        try:
+            return self._navigator.set_position(command.room)
+        except UnknownRoomError as error:
+            raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
+
+    async def _on_where(self, _query: WhereAmI, _context: Context) -> Position:
+        return self._navigator.position()
+
+    async def _on_room(self, query: WhereIsRoom, _context: Context) -> RoomLocation:
+        return self._navigator.floor.location(query.room)
+
+    async def _on_rooms(self, _query: Rooms, _context: Context) -> list[RoomLocation]:
+        floor = self._navigator.floor
+        return [floor.location(room) for room in floor.places]
+
+    async def _on_plan(self, query: PlanRoute, _context: Context) -> Route:
+        navigator = self._navigator
+        floor, here = navigator.floor, navigator.estimator.estimate
+        start = floor.place(query.start) if query.start else (here.x, here.y)
+        hindrances = navigator.memory.believed(navigator.time)
+        try:
+            steps = navigator.planner.plan(start, floor.place(query.goal), hindrances)
+        except NoRouteError as error:
+            raise TaskError(NavigationFailure.NO_ROUTE, str(error)) from error
+        return describe(start, steps)
+
+    def _load(self) -> None:
+        state = self._kept.load() if self._kept else None
+        if state is None:
+            return
+        if state.get("map") != self._navigator.floor.plan.name:
+            log.warning("the state that was kept is of map %s; not used", state.get("map"))
+            return
+        try:
+            self._navigator.restore(state)
+        except (KeyError, TypeError, ValueError) as error:
+            log.warning("the state that was kept cannot be used: %r", error)
+
+    async def _keep(self, kept: StateFile) -> None:
+        """Save about once a second what has changed."""
+        saved: dict[str, Any] = {}
+        while True:
+            await asyncio.sleep(SAVE_SECONDS)
+            state = self._navigator.snapshot()
+            if state == saved or self._sensors is None:
+                continue
+            try:
+                await asyncio.to_thread(kept.save, state)
+                saved = state
+            except OSError as error:
+                log.warning("%s cannot be written: %s", kept.path, error.strerror)
