@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 
 from navigate.messages import NavigateToGoal, SetPosition
@@ -18,6 +19,9 @@ from rogue.effects import (
     TaskOfRobot,
     Tell,
 )
+from rogue.messages import DeliveryRequest, RequestState
+from tca_bus import Broadcast, Message
+from tca_bus.testing import ManualClock
 from xavier_sim.messages import Ask, Say
 
 PLACES = {"r-5303": (567.0, 2316.5), "r-5305": (567.0, 2676.2), "r-5313": (567.0, 4115.0)}
@@ -111,9 +115,61 @@ def play(
             return stop.value, lines
 
 
-def section(lines: Iterable[str], first: str, last: str) -> list[str]:
-    """The lines from the first that contains ``first`` to the next that contains ``last``."""
-    found = list(lines)
-    start = next(i for i, line in enumerate(found) if first in line)
-    end = next(i for i, line in enumerate(found[start:], start) if last in line)
-    return found[start : end + 1]
+class FakeModule:
+    """A module that is on no bus: remembers what was broadcast and served."""
+
+    def __init__(self, answers: dict[type, object] | None = None) -> None:
+        self.clock = ManualClock(start=1000.0)
+        self.said: list[Broadcast] = []
+        self.handlers: dict[type, Callable[..., Awaitable[object]]] = {}
+        self.answers = answers or {}
+        self.tasks: list[asyncio.Task[object]] = []
+
+    async def broadcast(self, message: Broadcast) -> None:
+        self.said.append(message)
+
+    def serve(self, kind: type, function: Callable[..., Awaitable[object]]) -> None:
+        self.handlers[kind] = function
+
+    def start(self, coroutine: Coroutine[object, object, object], *, name: str) -> None:
+        self.tasks.append(asyncio.create_task(coroutine, name=name))
+
+    async def ask(self, message: Message) -> object:
+        """What a handler of this module answers."""
+        return await self.handlers[type(message)](message, None)
+
+
+class HangingRobot(ScriptedRobot):
+    """A robot that drives and never arrives."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.driving = asyncio.Event()
+        self.running: str | None = None
+        self.killed: list[str] = []
+
+    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+        self.running = task_id
+        self.driving.set()
+        await asyncio.get_running_loop().create_future()
+        return Outcome()
+
+    async def kill(self, task_id: str, reason: str) -> None:
+        del reason
+        self.killed.append(task_id)
+
+
+def make_request(name: str = "a", **fields: object) -> DeliveryRequest:
+    """The request of Figure 6, but for ``fields``."""
+    values: dict[str, object] = {
+        "id": name,
+        "user": "mitchell",
+        "item": "delivermail",
+        "pickup": "r-5303",
+        "deliver": "r-5313",
+        "state": RequestState.QUEUED,
+        "rank": 5,
+        "posted": 1000.0,
+        "deadline": 4600.0,
+    }
+    return DeliveryRequest.model_validate({**values, **fields})

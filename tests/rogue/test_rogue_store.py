@@ -4,10 +4,11 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+from rogue_fakes import make_request
 
 from rogue.effects import Outcome, StepOutcome
 from rogue.errors import StoreError
-from rogue.messages import DeliveryRequest, RequestState
+from rogue.messages import RequestState
 from rogue.store import Facts, Store
 
 
@@ -17,23 +18,8 @@ async def store(tmp_path: Path) -> AsyncIterator[Store]:
         yield store
 
 
-def request(name: str = "a", **fields: object) -> DeliveryRequest:
-    values: dict[str, object] = {
-        "id": name,
-        "user": "mitchell",
-        "item": "delivermail",
-        "pickup": "r-5303",
-        "deliver": "r-5313",
-        "state": RequestState.QUEUED,
-        "rank": 5,
-        "posted": 1.0,
-        "deadline": 3601.0,
-    }
-    return DeliveryRequest.model_validate({**values, **fields})
-
-
 async def test_requests_come_back_as_they_were_kept(store: Store):
-    first, second = request("a"), request("b", user="jhm")
+    first, second = make_request("a"), make_request("b", user="jhm")
     await store.add_request(first, "for the review")
     await store.add_request(second, None)
     assert await store.requests() == [first, second]
@@ -43,19 +29,19 @@ async def test_requests_come_back_as_they_were_kept(store: Store):
 
 
 async def test_an_ended_request_does_not_change_again(store: Store):
-    await store.add_request(request(), None)
-    failed = request(state=RequestState.FAILED, finished=9.0, reason="no way")
+    await store.add_request(make_request(), None)
+    failed = make_request(state=RequestState.FAILED, finished=9.0, reason="no way")
     assert await store.change_request(failed, note="no way")
-    assert not await store.change_request(request(state=RequestState.COMPLETED, finished=10.0))
+    assert not await store.change_request(make_request(state=RequestState.COMPLETED, finished=10.0))
     assert await store.request("a") == failed
     assert await store.requests(open_only=True) == []
     assert await store.notes("a") == [(9.0, "no way")]
 
 
 async def test_a_step_ends_with_all_it_changed_or_not_at_all(tmp_path: Path):
-    underway = request(state=RequestState.UNDERWAY)
+    underway = make_request(state=RequestState.UNDERWAY)
     async with Store(tmp_path) as store:
-        await store.add_request(request(), None)
+        await store.add_request(make_request(), None)
         step = await store.begin_step("ACQUIRE-ITEM", ("r-5303", "mitchell"), [underway], 2.0)
         await store.keep_outcome(step, 3, Outcome(value={"answer": "y"}))
     async with Store(tmp_path) as store:
