@@ -45,7 +45,7 @@ class PresenceFeed:
         self._loop = asyncio.get_running_loop()
 
     async def begin(self, timeout: float) -> None:
-        """Declare the subscriber and wait for the tokens that are there already.
+        """List the tokens that are there already, then declare the subscriber.
 
         Raises:
             TimeoutError: The router did not list them within ``timeout`` wall seconds.
@@ -56,20 +56,26 @@ class PresenceFeed:
             box.post(_token_of(sample))
 
         live = self.session.zenoh.liveliness()
+        # Under a subscriber that has no history yet, Zenoh would answer the list with nothing.
+        listed = await self._list(live, timeout)
         live.declare_subscriber(self.keys.all_presence(), Callback(post), history=True)
-        await self._read_history(live, timeout)
+        for token in listed:
+            self._take(token)
+            # Suspect until the history names it too: it may have vanished in between.
+            self._take(_Token(token.key, is_put=False))
 
-    async def _read_history(self, live: zenoh.Liveliness, timeout: float) -> None:
+    async def _list(self, live: zenoh.Liveliness, timeout: float) -> list[_Token]:
         listed = asyncio.Event()
+        tokens: list[_Token] = []
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                token = _token_of(reply.ok)
-                call_on(self._loop, lambda: self._take(token))
+                tokens.append(_token_of(reply.ok))
 
         done = Callback(on_reply, lambda: call_on(self._loop, listed.set), indirect=False)
         live.get(self.keys.all_presence(), done, timeout=timeout)
         await asyncio.wait_for(listed.wait(), timeout + 1.0)
+        return tokens
 
     def end(self) -> None:
         """Stop the timer."""
@@ -80,6 +86,10 @@ class PresenceFeed:
         """Call ``listener`` with each change; gives a function that ends it."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
+
+    def add(self, key: str) -> None:
+        """Take a token of this module's own, without waiting for Zenoh to tell of it."""
+        self._take(_Token(key, is_put=True))
 
     def transport_changed(self, is_up: bool) -> None:
         """The way to the router opened or closed."""
