@@ -57,6 +57,7 @@ class Caller:
         self, name: str, payload: Payload, to: str | PresentModule | None, timeout: float
     ) -> Answer:
         deadline = time.monotonic() + timeout
+        await self.core.session.connected()
         callee = await self.locate(name, to)
         key = self.core.keys.query(callee, name, self.core.name)
         attachment = new_envelope(self.core.incarnation).model_dump_json().encode()

@@ -101,7 +101,9 @@ class Parts:
         """Declare the liveliness token, in place of the one before."""
         old = self._token
         live = self.core.session.zenoh.liveliness()
-        self._token = live.declare_token(self.core.keys.presence(self.me))
+        key = self.core.keys.presence(self.me)
+        self._token = live.declare_token(key)
+        self.core.presence.add(key)
         if old is not None:
             old.undeclare()
 

@@ -6,6 +6,7 @@ import logging
 from typing import Protocol
 
 import zenoh
+from pydantic import ValidationError
 from zenoh.handlers import Callback
 
 from tca_bus._answers import AnswerCache
@@ -28,7 +29,7 @@ from tca_bus._keys import QueryAddress, parse_query
 from tca_bus._messages import Message
 from tca_bus._presence import PresentModule
 from tca_bus._types import answer_adapter
-from tca_bus._wire import Payload, decode_message, encode_answer
+from tca_bus._wire import Payload, decode_message, encode_answer, problems_of
 
 logger = logging.getLogger(__name__)
 
@@ -128,7 +129,11 @@ class QueryServer:
         context = self._context(sender=address.caller, id=envelope.id)
         value = await handler.function(message, context)
         adapter = answer_adapter(handler.message_type)
-        return Answer(encode_answer(value, adapter, handler.message_type), is_error=False)
+        try:
+            checked = adapter.validate_python(value)
+        except ValidationError as error:
+            raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
+        return Answer(encode_answer(checked, adapter, handler.message_type), is_error=False)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)

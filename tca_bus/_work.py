@@ -226,11 +226,10 @@ class TaskWorker:
 def _plain_result(value: Any, handler: Handler) -> Any:
     """The result as JSON values; a handler that returns something else has failed."""
     adapter = answer_adapter(handler.message_type)
-    name = f"result of {handler.message_type.wire_name}"
     try:
         return adapter.dump_python(adapter.validate_python(value), mode="json")
     except ValidationError as error:
-        raise InvalidMessageError(name, problems_of(error)) from error
+        raise TaskError("invalid_result", f"result: {'; '.join(problems_of(error))}") from error
 
 
 def _is_being_cancelled() -> bool:

@@ -27,6 +27,10 @@ POLL_PERIOD = 0.01
 """Wall seconds between two looks at a condition."""
 
 
+LOOP_TURNS = 10
+"""Turns of the event loop in which tasks that wait for nothing else come to their next wait."""
+
+
 @asynccontextmanager
 async def bus(
     *, realm: str | None = None, clock: Literal["wall", "sim"] = "wall"
@@ -64,6 +68,11 @@ async def _value_of(condition: Callable[[], object | Awaitable[object]]) -> obje
     return await value if inspect.isawaitable(value) else value
 
 
+async def _turn_the_loop() -> None:
+    for _ in range(LOOP_TURNS):
+        await asyncio.sleep(0)
+
+
 class ManualClock(SimulatedClock):
     """A clock that stands still until a test moves it; begins at ``start``."""
 
@@ -73,10 +82,10 @@ class ManualClock(SimulatedClock):
         self._ready.set()
 
     async def advance(self, seconds: float) -> None:
-        """Move the time; returns when those who were woken have run."""
+        """Let what has begun run, move the time, and let those who were woken run."""
+        await _turn_the_loop()
         self.move_to(self.now() + seconds)
-        for _ in range(10):
-            await asyncio.sleep(0)
+        await _turn_the_loop()
 
 
 class TimeSource:

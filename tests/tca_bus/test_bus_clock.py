@@ -1,0 +1,133 @@
+"""Clocks: active and passive waits, timeouts, and what is announced of them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+import pytest
+
+from tca_bus import TimedOutError
+from tca_bus._clock import SimulatedClock, WallClock
+from tca_bus.testing import ManualClock, eventually
+
+
+async def test_a_sleeper_wakes_when_its_time_has_come_and_not_before():
+    clock = ManualClock(100.0)
+    sleeper = asyncio.create_task(clock.sleep(5.0))
+    await clock.advance(4.9)
+    assert not sleeper.done()
+    await clock.advance(0.1)
+    await sleeper
+
+
+async def test_sleepers_wake_in_the_order_of_their_times():
+    clock = ManualClock()
+    woken: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        await clock.sleep(seconds)
+        woken.append(seconds)
+
+    tasks = [asyncio.create_task(sleep(seconds)) for seconds in (3.0, 1.0, 2.0)]
+    await asyncio.sleep(0)
+    await clock.advance(10.0)
+    await asyncio.gather(*tasks)
+    assert woken == [1.0, 2.0, 3.0]
+
+
+async def test_a_time_that_has_passed_is_no_wait():
+    clock = ManualClock(10.0)
+    await clock.sleep_until(9.0)
+    await clock.watch_until(10.0)
+
+
+async def test_a_timeout_is_on_the_clock():
+    clock = ManualClock()
+
+    async def limited() -> None:
+        async with clock.timeout(2.0):
+            await asyncio.Event().wait()
+
+    task = asyncio.create_task(limited())
+    await asyncio.sleep(0)
+    await clock.advance(1.9)
+    assert not task.done()
+    await clock.advance(0.2)
+    with pytest.raises(TimeoutError):
+        await task
+
+
+async def test_what_ends_in_time_is_left_alone():
+    clock = ManualClock()
+    async with clock.timeout(2.0):
+        pass
+    await clock.advance(10.0)
+    assert clock.awaited() is None
+
+
+async def test_only_active_waits_are_announced_the_earliest_of_them():
+    told: list[float | None] = []
+    clock = SimulatedClock(told.append)
+    clock.move_to(0.0)
+    passive = asyncio.create_task(clock.watch_until(1.0))
+    late = asyncio.create_task(clock.sleep_until(7.0))
+    await eventually(lambda: told == [7.0])
+    early = asyncio.create_task(clock.sleep_until(3.0))
+    await eventually(lambda: told == [7.0, 3.0])
+    clock.move_to(5.0)
+    await asyncio.gather(passive, early)
+    await eventually(lambda: told == [7.0, 3.0, 7.0])
+    late.cancel()
+    await eventually(lambda: told == [7.0, 3.0, 7.0, None])
+
+
+async def test_one_who_waits_again_at_once_is_announced_once():
+    told: list[float | None] = []
+    clock = SimulatedClock(told.append)
+    clock.move_to(0.0)
+
+    async def beat() -> None:
+        for when in (1.0, 2.0, 3.0):
+            await clock.sleep_until(when)
+
+    task = asyncio.create_task(beat())
+    for now in (1.0, 2.0, 3.0):
+        await eventually(lambda now=now: clock.awaited() == now)
+        await asyncio.sleep(0)
+        clock.move_to(now)
+    await task
+    await eventually(lambda: told == [1.0, 2.0, 3.0, None])
+
+
+async def test_simulated_time_is_unknown_until_it_is_told():
+    clock = SimulatedClock()
+    with pytest.raises(TimedOutError):
+        clock.now()
+    with pytest.raises(TimedOutError, match="simulated time"):
+        await clock.wait_ready(0.01)
+    clock.move_to(5.0)
+    await clock.wait_ready(0.01)
+    assert clock.now() == 5.0
+
+
+async def test_time_may_go_back_after_a_restart_of_the_world():
+    clock = ManualClock(100.0)
+    sleeper = asyncio.create_task(clock.sleep_until(105.0))
+    await asyncio.sleep(0)
+    clock.move_to(90.0)
+    await clock.advance(14.0)
+    assert not sleeper.done()
+    await clock.advance(1.0)
+    await sleeper
+
+
+async def test_the_wall_clock_is_the_wall():
+    clock = WallClock()
+    before = time.time()
+    await clock.wait_ready(0.0)
+    await clock.sleep(0.01)
+    assert clock.now() >= before + 0.01
+    with pytest.raises(TimeoutError):
+        async with clock.timeout(0.01):
+            await asyncio.Event().wait()

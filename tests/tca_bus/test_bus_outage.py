@@ -1,0 +1,196 @@
+"""What happens when the router or a module dies under way."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+from bus_victim import Sleep
+
+from tca_bus import (
+    Broadcast,
+    BusGoneError,
+    BusOptions,
+    Inform,
+    Module,
+    NoHandlerError,
+    PeerLostError,
+    Query,
+    Router,
+)
+from tca_bus.testing import bus, eventually
+
+pytestmark = pytest.mark.bus
+
+VICTIM = Path(__file__).with_name("bus_victim.py")
+
+
+class Work(Query[int]):
+    number: int
+
+
+class Tell(Inform):
+    number: int
+
+
+class Shout(Broadcast):
+    number: int
+
+
+@asynccontextmanager
+async def victim(options):
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, str(VICTIM), options.connect, options.realm
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
+
+
+@asynccontextmanager
+async def mortal_router():
+    """A router that the test can kill and start again on its endpoint."""
+    router = Router("tcp/127.0.0.1:0")
+    await router.__aenter__()
+    endpoint = router.endpoint
+    routers = [router]
+
+    async def die():
+        await routers.pop().__aexit__(None, None, None)
+
+    async def rise():
+        again = Router(endpoint)
+        await again.__aenter__()
+        routers.append(again)
+
+    try:
+        yield BusOptions(connect=endpoint, realm="outage"), die, rise
+    finally:
+        for left in routers:
+            await left.__aexit__(None, None, None)
+
+
+def worker(options, go, numbers):
+    module = Module("worker", options=options)
+
+    @module.handler(Work)
+    async def work(message, context):
+        numbers.append(message.number)
+        await go.wait()
+        return message.number
+
+    return module
+
+
+async def test_a_query_to_a_module_that_is_killed_ends_as_peer_lost():
+    async with bus() as options, Module("asker", options=options) as asker, victim(options) as it:
+        await asker.wait_for(Sleep, timeout=20.0)
+        query = asyncio.create_task(asker.query(Sleep(), timeout=20.0))
+        await asyncio.sleep(0.05)
+        it.kill()
+        with pytest.raises(PeerLostError, match="'victim'"):
+            await query
+        with pytest.raises(NoHandlerError):
+            await asker.query(Sleep())
+
+
+async def test_a_killed_module_is_reported_once():
+    async with (
+        bus() as options,
+        Module("asker", options=options) as asker,
+        asker.watch_modules() as changes,
+        victim(options) as it,
+    ):
+        await asker.wait_for(Sleep, timeout=20.0)
+        it.kill()
+        seen = [await changes.get() for _ in range(3)]
+        assert [(change.module.name, change.appeared) for change in seen] == [
+            ("asker", True),
+            ("victim", True),
+            ("victim", False),
+        ]
+
+
+async def test_a_waiting_query_survives_the_router_and_is_handled_once():
+    go = asyncio.Event()
+    numbers: list[int] = []
+    async with (
+        mortal_router() as (options, die, rise),
+        worker(options, go, numbers),
+        Module("asker", options=options) as asker,
+        asker.watch_modules() as changes,
+    ):
+        await asker.wait_for(Work, timeout=5.0)
+        query = asyncio.create_task(asker.query(Work(number=1), timeout=30.0))
+        await eventually(lambda: numbers == [1])
+        await die()
+        await eventually(lambda: not asker.is_connected)
+        later = asyncio.create_task(asker.query(Work(number=2), timeout=30.0))
+        await rise()
+        await asker.connected()
+        go.set()
+        assert await query == 1
+        assert await later == 2
+        assert numbers == [1, 2]
+        seen = [await changes.get() for _ in range(2)]
+        assert {change.module.name for change in seen} == {"asker", "worker"}
+        assert changes.waiting == 0
+
+
+async def test_an_answer_that_was_lost_with_the_router_is_given_again():
+    go = asyncio.Event()
+    numbers: list[int] = []
+    async with (
+        mortal_router() as (options, die, rise),
+        worker(options, go, numbers),
+        Module("asker", options=options) as asker,
+    ):
+        await asker.wait_for(Work, timeout=5.0)
+        query = asyncio.create_task(asker.query(Work(number=1), timeout=30.0))
+        await eventually(lambda: numbers == [1])
+        await die()
+        await eventually(lambda: not asker.is_connected)
+        go.set()
+        await rise()
+        assert await query == 1
+        assert numbers == [1]
+
+
+async def test_while_the_router_is_away_asking_says_so_and_broadcasting_counts():
+    async with mortal_router() as (options, die, _):
+        impatient = options.model_copy(update={"connect_timeout": 0.2})
+        async with Module("asker", options=impatient) as asker:
+            await die()
+            await eventually(lambda: not asker.is_connected)
+            with pytest.raises(BusGoneError):
+                await asker.query(Work(number=1), timeout=0.2)
+            with pytest.raises(BusGoneError):
+                await asker.inform(Tell(number=1))
+            await asker.broadcast(Shout(number=1))
+
+
+async def test_subscriptions_go_on_after_the_router_is_back():
+    async with (
+        mortal_router() as (options, die, rise),
+        Module("robot", options=options) as robot,
+        Module("hearer", options=options) as hearer,
+        hearer.subscribe(Shout) as shouts,
+    ):
+        await die()
+        await eventually(lambda: not robot.is_connected and not hearer.is_connected)
+        await rise()
+        await robot.connected()
+        await hearer.connected()
+
+        async def heard() -> bool:
+            await robot.broadcast(Shout(number=7))
+            return shouts.waiting > 0
+
+        await eventually(heard)
+        assert (await shouts.get()).number == 7

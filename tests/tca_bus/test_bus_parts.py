@@ -1,0 +1,222 @@
+"""The small parts: options, keys, mailbox, subscription, answers, handlers, envelope."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import pytest
+
+import tca_bus
+from tca_bus import (
+    Broadcast,
+    BusOptions,
+    ClosedError,
+    Command,
+    ConfigError,
+    InvalidMessageError,
+    Module,
+    Query,
+    Router,
+)
+from tca_bus._answers import AnswerCache
+from tca_bus._bridge import Answer, Mailbox
+from tca_bus._envelope import handled, new_envelope, read_envelope
+from tca_bus._handlers import Handlers
+from tca_bus._keys import Keys, parse_query, parse_task
+from tca_bus._parts import _no_source
+from tca_bus._presence import PresentModule
+from tca_bus._subscription import Subscription
+from tca_bus._wire import Payload
+from tca_bus.testing import eventually
+
+
+class Ask(Query[int]):
+    """Ask for a number."""
+
+
+class Do(Command[None]):
+    """Do it."""
+
+
+class Hear(Broadcast):
+    """Something is said."""
+
+
+async def handle(message, context):
+    return 1
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("connect", "127.0.0.1:7447"),
+        ("connect", "tcp/127.0.0.1"),
+        ("realm", "a/b"),
+        ("realm", "*"),
+        ("realm", ""),
+        ("connect_timeout", -1),
+        ("clock", "sundial"),
+        ("colour", "red"),
+    ],
+)
+def test_a_bad_option_is_a_config_error_that_names_it(option, value):
+    with pytest.raises(ConfigError) as caught:
+        BusOptions(**{option: value})
+    assert caught.value.option == option
+    assert caught.value.value == value
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "two words", "*", "-x"])
+def test_a_module_name_is_one_chunk_of_a_key(name):
+    with pytest.raises(ConfigError, match="module name"):
+        Module(name)
+
+
+def test_a_router_endpoint_is_checked_before_anything_listens():
+    with pytest.raises(ConfigError, match="listen endpoint"):
+        Router("localhost:7447")
+
+
+def test_keys_begin_with_the_realm_and_name_the_sender():
+    keys = Keys("xavier")
+    callee = PresentModule("navigate", "01", "host", 7, ())
+    key = keys.query(callee, "navigateWhere", "rogue")
+    assert key == "xavier/query/navigate/01/navigateWhere/rogue"
+    address = parse_query(key)
+    assert (address.name, address.caller) == ("navigateWhere", "rogue")
+    assert keys.one_way("inform", "xavierDrive", "navigate") == "xavier/inform/xavierDrive/navigate"
+    assert parse_task(keys.task("rogue", "*")) == ("rogue", "*")
+    assert parse_task(keys.all_tasks()) == ("*", "*")
+    with pytest.raises(ValueError, match="no query key"):
+        parse_query("xavier/query/navigate/01/too/many/parts")
+
+
+async def post_from_a_thread(box, items):
+    thread = threading.Thread(target=lambda: [box.post(item) for item in items])
+    thread.start()
+    await asyncio.to_thread(thread.join)
+
+
+async def test_a_mailbox_hands_over_everything_in_order():
+    got: list[int] = []
+    box = Mailbox[int](got.append, size=10_000)
+    await post_from_a_thread(box, range(5000))
+    await eventually(lambda: len(got) == 5000)
+    assert got == list(range(5000))
+    assert box.dropped == 0
+
+
+async def test_a_full_mailbox_drops_the_oldest_and_counts():
+    got: list[int] = []
+    box = Mailbox[int](got.append, size=10)
+    thread = threading.Thread(target=lambda: [box.post(item) for item in range(100)])
+    thread.start()
+    # The loop stands still meanwhile, on purpose.
+    thread.join()
+    await eventually(lambda: len(got) == 10)
+    assert got == list(range(90, 100))
+    assert box.dropped == 90
+
+
+async def test_a_full_mailbox_that_refuses_keeps_what_it_has():
+    got: list[int] = []
+    refused: list[int] = []
+    box = Mailbox[int](got.append, size=10, refuse=refused.append)
+    thread = threading.Thread(target=lambda: [box.post(item) for item in range(12)])
+    thread.start()
+    thread.join()
+    await eventually(lambda: len(got) == 10)
+    assert got == list(range(10))
+    assert refused == [10, 11]
+    assert box.dropped == 2
+
+
+async def test_a_subscription_is_bounded_and_ends_when_closed():
+    subscription = Subscription[int]("numbers", _no_source, size=3)
+    async with subscription:
+        for number in range(5):
+            subscription.push(number)
+        assert subscription.dropped == 2
+        assert await subscription.get() == 2
+        assert subscription.waiting == 2
+        subscription.close()
+        assert [number async for number in subscription] == [3, 4]
+    with pytest.raises(ClosedError):
+        await subscription.get()
+    with pytest.raises(ClosedError):
+        await subscription.__aenter__()
+
+
+def answer(size):
+    return Answer(Payload(b"x" * size, ""), is_error=False)
+
+
+def test_answers_are_kept_until_there_are_too_many_or_too_much():
+    cache = AnswerCache(most_answers=2, most_bytes=100)
+    cache.put(("a", "1"), answer(10))
+    cache.put(("a", "2"), answer(10))
+    assert cache.get(("a", "1")) == answer(10)
+    cache.put(("a", "3"), answer(10))
+    assert cache.get(("a", "2")) is None
+    cache.put(("a", "4"), answer(95))
+    assert cache.get(("a", "3")) is None
+    assert len(cache) == 1
+
+
+def test_a_message_has_one_handler_and_only_services_are_announced():
+    handlers = Handlers()
+    handlers.add(Ask, handle)
+    handlers.add(Hear, handle)
+    handlers.add(Do, handle, built_in=True)
+    assert handlers.provided() == ("ask",)
+    with pytest.raises(ConfigError, match="no handler in this module yet"):
+        handlers.add(Ask, handle)
+    with pytest.raises(ConfigError, match="at least 1"):
+        Handlers().add(Do, handle, capacity=0)
+    with pytest.raises(ConfigError, match="async function"):
+        Handlers().add(Do, lambda message, context: None)
+
+
+def test_a_handlers_card_has_schemas_and_summary():
+    card = Handlers().add(Ask, handle).card()
+    assert (card.name, card.message_class, card.revision) == ("ask", "query", 1)
+    assert card.summary == "Ask for a number."
+    assert card.reply_schema == {"type": "integer"}
+
+
+def test_the_trace_goes_on_from_the_handled_message():
+    first = new_envelope("01")
+    token = handled.set(first.model_copy(update={"task": "rogue-1"}))
+    try:
+        second = new_envelope("01")
+    finally:
+        handled.reset(token)
+    assert second.task == "rogue-1"
+    assert second.id != first.id
+    assert first.traceparent is not None
+    assert second.traceparent is not None
+    assert second.traceparent.split("-")[1] == first.traceparent.split("-")[1]
+    assert read_envelope(second.model_dump_json().encode()) == second
+
+
+def test_an_attachment_that_is_none_is_invalid():
+    assert read_envelope(None).id
+    with pytest.raises(InvalidMessageError, match="attachment"):
+        read_envelope(b"\xff\x00")
+
+
+async def test_a_module_that_is_not_open_says_so():
+    module = Module("rogue")
+    with pytest.raises(ClosedError):
+        module.modules()
+    with pytest.raises(ClosedError):
+        await module.query(Ask())
+    with pytest.raises(ClosedError):
+        module.start(asyncio.sleep(0), name="too early")
+
+
+def test_the_package_exports_what_it_names():
+    assert sorted(set(tca_bus.__all__)) == sorted(tca_bus.__all__)
+    for name in tca_bus.__all__:
+        assert hasattr(tca_bus, name)

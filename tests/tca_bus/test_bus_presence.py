@@ -1,0 +1,130 @@
+"""The presence table: a lost router is not a lost module."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from tca_bus import PresenceChange, PresentModule
+from tca_bus._keys import Keys, parse_presence
+from tca_bus._presence import RECONNECT_GRACE, VANISH_GRACE, PresenceTable
+
+
+def module(name="navigate", incarnation="01", provides=("navigateToG",)):
+    return PresentModule(name, incarnation, "host", 7, provides)
+
+
+def test_a_token_is_a_module_until_it_has_been_gone_for_the_grace():
+    table = PresenceTable()
+    assert table.put(module()) == [PresenceChange(module(), appeared=True)]
+    assert table.put(module()) == []
+    table.delete(module(), now=10.0)
+    assert table.state_of("01") is None
+    assert table.expire(10.0 + VANISH_GRACE / 2) == []
+    assert table.expire(10.0 + VANISH_GRACE) == [PresenceChange(module(), appeared=False)]
+    assert table.state_of("01") is False
+    assert table.modules() == []
+
+
+def test_when_the_router_is_lost_nobody_is_lost_before_it_is_back():
+    table = PresenceTable(own="me")
+    table.put(module())
+    table.put(module("rogue", "me"))
+    table.delete(module(), now=1.0)
+    table.router_lost()
+    assert table.expire(1e9) == []
+    assert table.state_of("me") is True
+    table.router_back(now=2e9)
+    assert table.put(module()) == []
+    assert table.expire(2e9 + RECONNECT_GRACE) == []
+    assert table.state_of("01") is True
+
+
+def test_who_does_not_come_back_with_the_router_is_lost():
+    table = PresenceTable()
+    table.put(module())
+    table.router_lost()
+    table.router_back(now=5.0)
+    assert table.next_expiry() == 5.0 + RECONNECT_GRACE
+    assert table.expire(5.0 + RECONNECT_GRACE) == [PresenceChange(module(), appeared=False)]
+
+
+def test_the_newest_incarnation_answers():
+    table = PresenceTable()
+    table.put(module(incarnation="01"))
+    table.put(module(incarnation="02"))
+    assert table.named("navigate") == module(incarnation="02")
+    assert table.providers("navigateToG") == [module(incarnation="02")]
+    assert table.has_provider("navigateToG")
+    table.delete(module(incarnation="02"), now=0.0)
+    assert not table.has_provider("navigateToG")
+
+
+def test_a_token_that_its_module_replaced_may_vanish():
+    table = PresenceTable()
+    table.put(module(provides=()))
+    changed = module(provides=("navigateToG",))
+    assert table.put(changed) == [PresenceChange(changed, appeared=True)]
+    table.delete(module(provides=()), now=0.0)
+    assert table.state_of("01") is True
+
+
+def test_a_certain_provider_comes_before_a_suspect():
+    table = PresenceTable()
+    table.put(module("a", "01"))
+    table.put(module("b", "02"))
+    table.delete(module("a", "01"), now=0.0)
+    assert [entry.name for entry in table.providers("navigateToG")] == ["b", "a"]
+
+
+def test_the_key_of_a_token_gives_the_module_back():
+    keys = Keys("xavier")
+    for entry in (module(), module(provides=()), module(provides=("a.b", "C_say"))):
+        assert parse_presence(keys.presence(entry)) == entry
+
+
+class Tokens(RuleBasedStateMachine):
+    """Any order of events: nobody is reported lost twice, nor while the router is away."""
+
+    def __init__(self):
+        super().__init__()
+        self.table = PresenceTable()
+        self.now = 0.0
+        self.is_up = True
+        self.known = set()
+
+    @rule(who=st.sampled_from("abc"))
+    def put(self, who):
+        for change in self.table.put(module(who, who)):
+            assert change.appeared
+            self.known.add(who)
+
+    @rule(who=st.sampled_from("abc"))
+    def delete(self, who):
+        self.table.delete(module(who, who), self.now)
+
+    @precondition(lambda self: self.is_up)
+    @rule()
+    def lose_router(self):
+        self.table.router_lost()
+        self.is_up = False
+
+    @precondition(lambda self: not self.is_up)
+    @rule()
+    def regain_router(self):
+        self.table.router_back(self.now)
+        self.is_up = True
+
+    @rule(seconds=st.floats(0.0, 5.0))
+    def wait(self, seconds):
+        self.now += seconds
+        for change in self.table.expire(self.now):
+            assert self.is_up
+            self.known.remove(change.module.name)
+
+    @invariant()
+    def the_table_has_whom_it_announced(self):
+        assert {entry.name for entry in self.table.modules()} == self.known
+
+
+TestTokens = Tokens.TestCase
