@@ -9,13 +9,20 @@ from typing import Any
 from tca_bus._failure import Failure
 from tca_bus._protocol import Outcome, SubmitTask
 
+LAST_SIBLING = ""
+"""Stands for the sibling that was submitted last, whichever that is."""
+
 
 @dataclass(frozen=True, slots=True)
 class Submitted:
-    """A module wants a new node."""
+    """A module wants a new node.
+
+    ``previous`` is the sibling that it comes after; the tree fills it in unless it is told.
+    """
 
     time: float
     task: SubmitTask
+    previous: str | None = LAST_SIBLING
 
     @property
     def id(self) -> str:

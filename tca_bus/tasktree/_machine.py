@@ -32,7 +32,7 @@ class Machine:
         self._agenda: deque[Callable[[], None]] = deque()
         self._now = 0.0
 
-    def add(self, event: Submitted, previous: str | None) -> None:
+    def add(self, event: Submitted) -> None:
         """Make a node below its parent, after its previous sibling."""
         node = Node(event.task, event.time)
         self.nodes[node.id] = node
@@ -44,7 +44,7 @@ class Machine:
         if parent is not None:
             parent.children.append(node.id)
             parent.alive[node.id] = None
-        before = self.nodes.get(previous) if previous else None
+        before = self.nodes.get(event.previous) if event.previous else None
         for edge in edges(node, parent, before):
             self._connect(edge)
         for point in (Point.START_PLANNING, Point.START_ACHIEVING, Point.START_HANDLING):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from tca_bus._errors import NoHandlerError, RefusedError
@@ -19,6 +20,7 @@ from tca_bus.tasktree._effects import (
     WaitForHandler,
 )
 from tca_bus.tasktree._events import (
+    LAST_SIBLING,
     Dispatched,
     Event,
     HandlerLost,
@@ -199,6 +201,8 @@ class Tree:
     def _step_recorded(self, event: RecordedEvent, effects: list[Effect]) -> Record | None:
         if not self._happens(event):
             return None
+        if isinstance(event, Submitted):
+            event = self._ordered(event)
         record = self._record(event)
         match event:
             case Submitted():
@@ -245,15 +249,21 @@ class Tree:
         named = event.task if isinstance(event, Submitted) else node.task if node else None
         return Record(root, named.name if named else "", event)
 
+    def _ordered(self, event: Submitted) -> Submitted:
+        """The submission with its previous sibling, which its record has to name."""
+        if event.previous != LAST_SIBLING:
+            return event
+        task = event.task
+        if task.parent is None:
+            return replace(event, previous=self._last_of_sender.get(task.sender))
+        siblings = self._machine.nodes[task.parent].children
+        return replace(event, previous=siblings[-1] if siblings else None)
+
     def _submit(self, event: Submitted) -> None:
         task = event.task
         if task.parent is None:
-            previous = self._last_of_sender.get(task.sender)
             self._last_of_sender[task.sender] = task.id
-        else:
-            siblings = self._machine.nodes[task.parent].children
-            previous = siblings[-1] if siblings else None
-        self._machine.add(event, previous)
+        self._machine.add(event)
         tombstone = self._tombstones.pop(task.id, None)
         if tombstone is not None and event.time - tombstone.time <= TOMBSTONE_SECONDS:
             node = self._machine.nodes[task.id]
