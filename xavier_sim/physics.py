@@ -13,6 +13,7 @@ from xavier_sim.geometry import WALL_RADIUS, Geometry
 from xavier_sim.profile import PHYSICS_STEP, BaseProfile
 
 ROBOT, WALL = 1, 2
+ROBOT_CATEGORY = 2
 OPEN = pymunk.ShapeFilter(categories=0, mask=0)
 SHUT = pymunk.ShapeFilter()
 
@@ -90,11 +91,6 @@ class Physics:
         self._space.step(PHYSICS_STEP)
         return self._undo_overlap() if self._touches else []
 
-    def first_hit(self, start: tuple[float, float], end: tuple[float, float]) -> float | None:
-        """The share of the way from start to end at which a wall is met, by pymunk's own query."""
-        hit = self._space.segment_query_first(start, end, 0.0, pymunk.ShapeFilter(mask=~2))
-        return None if hit is None else float(hit.alpha)
-
     def _undo_overlap(self) -> list[Contact]:
         x, y = self._body.position
         for nx, ny, depth in self._touches:
@@ -126,6 +122,6 @@ class Physics:
         body = pymunk.Body(base.mass, pymunk.moment_for_circle(base.mass, 0.0, base.radius))
         shape = pymunk.Circle(body, base.radius)
         shape.friction, shape.elasticity, shape.collision_type = 0.3, 0.0, ROBOT
-        shape.filter = pymunk.ShapeFilter(categories=2)
+        shape.filter = pymunk.ShapeFilter(categories=ROBOT_CATEGORY)
         self._space.add(body, shape)
         return body, shape

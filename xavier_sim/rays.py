@@ -66,7 +66,7 @@ class RayCaster:
         dx, dy = along[:, 0], along[:, 1]
         wx, wy = start[:, 0] - origins[:, :1], start[:, 1] - origins[:, 1:]
         cross = ux * dy - uy * dx
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             distance = (wx * dy - wy * dx) / cross
             share = (wx * uy - wy * ux) / cross
         met = (distance >= 0.0) & (share >= -END_TOLERANCE) & (share <= 1.0 + END_TOLERANCE)

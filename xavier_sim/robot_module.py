@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import time
 
 from tca_bus import (
     AwaitTime,
-    Broadcast,
-    BusGoneError,
     BusOptions,
     Context,
     Module,
@@ -36,8 +33,6 @@ MODULE = "xavier"
 SAVE_EVERY = 1.0
 """Wall seconds between snapshots."""
 
-log = logging.getLogger(__name__)
-
 
 class RobotModule:
     """Shows a world to the bus: sensors and time out, driving commands and doors in.
@@ -54,7 +49,7 @@ class RobotModule:
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._present: dict[str, str] = {}
         self._bell = asyncio.Event()
-        self._bus_lost, self._changed = False, True
+        self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
         for message_type, handler in (
@@ -152,25 +147,14 @@ class RobotModule:
 
     async def _send_sensors(self) -> None:
         self._sensors_sent = time.monotonic()
-        await self._broadcast(self._state.sensors())
+        await self._module.broadcast(self._state.sensors())
 
     async def _tell_time(self) -> None:
         now, wall = self._state.now, time.monotonic()
         if self._news.due_in(now, wall) > 0.0:
             return
         self._news.told(now, wall)
-        await self._broadcast(SimulatedTime(time=now, speed=self._state.speed))
-
-    async def _broadcast(self, message: Broadcast) -> None:
-        """Send what a later message will make up for, so that a lost router is no reason to end."""
-        try:
-            await self._module.broadcast(message)
-        except BusGoneError as error:
-            if not self._bus_lost:
-                log.warning("%s", error)
-            self._bus_lost = True
-        else:
-            self._bus_lost = False
+        await self._module.broadcast(SimulatedTime(time=now, speed=self._state.speed))
 
     async def _save_if_old(self, wall: float) -> None:
         if self._changed and wall - self._saved_at > SAVE_EVERY:

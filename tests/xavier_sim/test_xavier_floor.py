@@ -1,0 +1,180 @@
+"""Floor plans: the one that comes with the package, and all the ways in which one can be wrong."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+import yaml
+
+from xavier_sim.floor import FLOORS, load_floor
+from xavier_sim.floor_checks import FloorError
+from xavier_sim.messages import Corner, SpaceKind
+from xavier_sim.survey import plan_to_yaml, survey_floor
+
+
+@pytest.fixture
+def plan_data():
+    return yaml.safe_load((FLOORS / "wean5.yaml").read_text())
+
+
+def load(tmp_path, data):
+    file = tmp_path / "floor.yaml"
+    file.write_text(data if isinstance(data, str) else yaml.safe_dump(data))
+    return load_floor(str(file))
+
+
+def entry(data, section, name):
+    return next(item for item in data[section] if item["name"] == name)
+
+
+def test_papers_places_are_kept():
+    places = load_floor().places
+    assert places["r-5303"] == Corner(x=5.67, y=23.165)
+    assert places["r-5313"] == Corner(x=5.67, y=41.15)
+
+
+def test_odd_rooms_stand_in_line():
+    places = load_floor().places
+    odd = [places[f"r-{number}"] for number in range(5301, 5317, 2)]
+    assert {place.x for place in odd} == {5.67}
+    steps = [b.y - a.y for a, b in itertools.pairwise(odd)]
+    assert steps == pytest.approx([3.597] * 7)
+
+
+def test_floor_has_sixty_rooms_with_a_door_each():
+    plan = load_floor()
+    rooms = {space.name for space in plan.spaces if space.kind is SpaceKind.ROOM}
+    assert len(rooms) == 60
+    assert sorted(door.between[0] for door in plan.doors) == sorted(rooms)
+    assert {door.width for door in plan.doors} == {0.9}
+
+
+def test_unknown_floor_names_near_match():
+    with pytest.raises(FloorError, match="Did you mean 'wean5'"):
+        load_floor("wean4")
+
+
+def test_yaml_error_names_line_and_column(tmp_path):
+    with pytest.raises(FloorError, match=r"floor\.yaml: line 2, column \d+"):
+        load(tmp_path, "name: x\nspaces: [{]\n")
+
+
+def test_no_mapping(tmp_path):
+    with pytest.raises(FloorError, match="expected a mapping"):
+        load(tmp_path, "- 1\n- 2\n")
+
+
+def test_binary_file(tmp_path):
+    file = tmp_path / "floor.yaml"
+    file.write_bytes(b"\xff\xfe\x00\x80")
+    with pytest.raises(FloorError, match="UTF-8"):
+        load_floor(str(file))
+
+
+def test_wrong_type_names_item_and_field(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["width"] = "wide"
+    with pytest.raises(FloorError, match=r"doors\.1\.width \(d-5303\) is 'wide'"):
+        load(tmp_path, plan_data)
+
+
+def test_name_twice(tmp_path, plan_data):
+    entry(plan_data, "spaces", "r-5305")["name"] = "r-5303"
+    with pytest.raises(FloorError, match="name of a space is 'r-5303', expected a name"):
+        load(tmp_path, plan_data)
+
+
+def test_door_name_twice(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5305")["name"] = "d-5303"
+    with pytest.raises(FloorError, match="name of a door is 'd-5303'"):
+        load(tmp_path, plan_data)
+
+
+def test_overlapping_spaces(tmp_path, plan_data):
+    entry(plan_data, "spaces", "r-5303")["high"]["y"] += 0.2
+    with pytest.raises(FloorError, match="overlap of spaces r-5303 and r-5305"):
+        load(tmp_path, plan_data)
+
+
+def test_inverted_space(tmp_path, plan_data):
+    space = entry(plan_data, "spaces", "lounge")
+    space["low"], space["high"] = space["high"], space["low"]
+    with pytest.raises(FloorError, match="space lounge: extent in x"):
+        load(tmp_path, plan_data)
+
+
+def test_door_off_its_wall(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["at"]["x"] += 0.3
+    with pytest.raises(FloorError, match=r"door d-5303: at is '\(6.67, 23.165\)'"):
+        load(tmp_path, plan_data)
+
+
+def test_door_beyond_the_shared_wall(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["at"]["y"] = 21.4
+    with pytest.raises(FloorError, match="the wall that r-5303 and corridor-53 share"):
+        load(tmp_path, plan_data)
+
+
+def test_door_between_spaces_that_do_not_touch(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["between"] = ["r-5303", "corridor-54"]
+    with pytest.raises(FloorError, match="expected two spaces that share a wall"):
+        load(tmp_path, plan_data)
+
+
+def test_door_of_unknown_space(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["between"] = ["r-5303", "coridor-53"]
+    with pytest.raises(FloorError, match="Did you mean 'corridor-5"):
+        load(tmp_path, plan_data)
+
+
+def test_place_outside_its_room(tmp_path, plan_data):
+    plan_data["places"]["r-5303"]["x"] = 7.5
+    with pytest.raises(FloorError, match=r"place of r-5303 is '\(7.5, 23.165\)'"):
+        load(tmp_path, plan_data)
+
+
+def test_place_of_unknown_room(tmp_path, plan_data):
+    plan_data["places"]["r-5999"] = {"x": 1.0, "y": 1.0}
+    with pytest.raises(FloorError, match="place is 'r-5999'"):
+        load(tmp_path, plan_data)
+
+
+def test_room_without_place(tmp_path, plan_data):
+    del plan_data["places"]["r-5303"]
+    with pytest.raises(FloorError, match="place of r-5303"):
+        load(tmp_path, plan_data)
+
+
+def test_room_nobody_can_reach(tmp_path, plan_data):
+    plan_data["doors"].remove(entry(plan_data, "doors", "d-5313"))
+    with pytest.raises(FloorError, match="way to r-5313 is 'none'"):
+        load(tmp_path, plan_data)
+
+
+def test_start_outside(tmp_path, plan_data):
+    plan_data["start"] = {"x": -50.0, "y": 0.0}
+    with pytest.raises(FloorError, match="start is"):
+        load(tmp_path, plan_data)
+
+
+def test_survey_moves_walls_but_not_places():
+    plan = load_floor()
+    surveyed = survey_floor(plan, sigma=0.03, seed=4)
+    assert surveyed.places == plan.places
+    pairs = zip(surveyed.spaces, plan.spaces, strict=True)
+    errors = [new.low.x - old.low.x for new, old in pairs]
+    assert any(abs(error) > 0.005 for error in errors)
+    assert all(abs(error) <= 0.076 for error in errors)
+
+
+def test_survey_is_repeatable_and_survives_yaml(tmp_path):
+    surveyed = survey_floor(load_floor(), sigma=0.03, seed=4)
+    assert surveyed == survey_floor(load_floor(), sigma=0.03, seed=4)
+    assert load(tmp_path, plan_to_yaml(surveyed)) == surveyed
+
+
+def test_perfect_survey_changes_nothing_but_rounding():
+    plan = load_floor()
+    surveyed = survey_floor(plan, sigma=0.0, seed=4)
+    for new, old in zip(surveyed.spaces, plan.spaces, strict=True):
+        assert new.high.y == pytest.approx(old.high.y, abs=0.0006)

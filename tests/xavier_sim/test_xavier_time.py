@@ -1,0 +1,230 @@
+"""Simulated time: demands, announcements, lockstep, pacing, and going on after a restart."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from xavier_sim.driver import SILENCE, STOP, Driver
+from xavier_sim.floor import load_floor
+from xavier_sim.messages import Drive
+from xavier_sim.pacing import Metronome, may_tick, parse_speed
+from xavier_sim.robot_state import RobotState
+from xavier_sim.simulated_time import (
+    ABSENT_AFTER,
+    FORGET_AFTER,
+    NEWS_MOVING,
+    NEWS_STILL,
+    WAKE_GRACE,
+    Demands,
+    SimClock,
+    TimeNews,
+)
+from xavier_sim.snapshots import SnapshotError, SnapshotFile
+from xavier_sim.world import World
+
+PLAN = load_floor()
+
+
+def here(_incarnation):
+    return True
+
+
+def test_demand_makes_time_wanted_until_it_comes():
+    demands = Demands()
+    assert not demands.note("a", 10.0, now=5.0, wall=0.0)
+    assert demands.any
+    assert not demands.reached(9.9, wall=0.1)
+    assert demands.reached(10.0, wall=0.2)
+    assert not demands.any
+    assert demands.waking
+
+
+def test_woken_module_releases_time_by_its_next_word():
+    demands = Demands()
+    demands.note("a", 10.0, now=5.0, wall=0.0)
+    demands.note("b", 20.0, now=5.0, wall=0.0)
+    demands.reached(10.0, wall=0.2)
+    assert demands.any
+    demands.note("a", None, now=10.0, wall=0.25)
+    assert not demands.waking
+    assert demands.any
+
+
+def test_module_that_says_nothing_holds_time_up_only_a_little():
+    demands = Demands()
+    demands.note("a", 10.0, now=5.0, wall=0.0)
+    demands.reached(10.0, wall=0.2)
+    demands.clean(0.2 + WAKE_GRACE + 0.01, here)
+    assert not demands.waking
+
+
+def test_demand_for_the_past_is_met_at_once():
+    demands = Demands()
+    assert demands.note("a", 4.0, now=5.0, wall=0.0)
+    assert not demands.any
+    assert not demands.waking
+
+
+def test_demands_are_forgotten():
+    demands = Demands()
+    demands.note("a", 10.0, now=5.0, wall=0.0)
+    demands.clean(FORGET_AFTER - 0.1, here)
+    assert demands.any
+    demands.clean(FORGET_AFTER + 0.1, here)
+    assert not demands.any
+    demands.note("gone", 10.0, now=5.0, wall=0.0)
+    demands.clean(ABSENT_AFTER + 0.1, lambda _: False)
+    assert not demands.any
+
+
+def test_time_is_announced_often_while_it_moves_and_seldom_when_it_stands():
+    news = TimeNews()
+    assert news.due_in(0.0, wall=0.0) == 0.0
+    news.told(0.0, wall=0.0)
+    assert news.due_in(0.0, wall=0.1) == pytest.approx(NEWS_STILL - 0.1)
+    assert news.due_in(0.1, wall=0.01) == pytest.approx(NEWS_MOVING - 0.01)
+    news.hurry()
+    assert news.due_in(0.1, wall=0.01) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("driven", "answered", "busy", "awaited", "waking"),
+    list(itertools.product([False, True], repeat=5)),
+)
+def test_lockstep_rule(driven, answered, busy, awaited, waking):
+    allowed = may_tick(driven=driven, answered=answered, busy=busy, awaited=awaited, waking=waking)
+    if waking or (driven and not answered):
+        assert not allowed
+    elif awaited:
+        assert allowed
+    else:
+        assert allowed == (driven and busy)
+
+
+def drive(tick, speed=0.5, *, busy=True):
+    return Drive(tick=tick, speed=speed, turn_rate=0.1, busy=busy)
+
+
+def test_driver_is_whoever_drives():
+    driver = Driver()
+    assert driver.name == "navigate"
+    assert driver.hear(drive(3), "stand-in", tick=3)
+    assert driver.name == "stand-in"
+    assert driver.answered(3)
+    assert driver.busy(3)
+    assert not driver.answered(4)
+
+
+def test_driver_may_answer_a_tick_again():
+    driver = Driver()
+    driver.hear(drive(3, busy=False), "navigate", tick=3)
+    assert not driver.busy(3)
+    driver.hear(drive(3, busy=True), "navigate", tick=3)
+    assert driver.busy(3)
+
+
+def test_late_and_early_answers_are_ignored_and_counted():
+    driver = Driver()
+    driver.hear(drive(5), "navigate", tick=5)
+    assert not driver.hear(drive(4, speed=0.1), "navigate", tick=6)
+    assert not driver.hear(drive(9), "navigate", tick=6)
+    assert driver.ignored == 2
+    assert driver.command(6) == (0.5, 0.1)
+
+
+def test_silent_driver_means_stop():
+    driver = Driver()
+    assert driver.command(0) == STOP
+    driver.hear(drive(5), "navigate", tick=5)
+    assert driver.command(5 + SILENCE) == (0.5, 0.1)
+    assert driver.command(6 + SILENCE) == STOP
+
+
+def test_forgotten_driver_means_stop():
+    driver = Driver()
+    driver.hear(drive(5), "navigate", tick=5)
+    driver.forget()
+    assert driver.command(5) == STOP
+    assert not driver.answered(5)
+
+
+def test_metronome_leaves_no_tick_out():
+    metronome = Metronome(speed=2.0, wall=100.0)
+    assert metronome.pause(100.0) == pytest.approx(0.05)
+    assert metronome.pause(100.2) == 0.0
+    assert metronome.pause(100.2) == 0.0
+    assert metronome.pause(100.2) == pytest.approx(0.0, abs=1e-9)
+    assert metronome.pause(100.2) == pytest.approx(0.05)
+
+
+def test_metronome_gives_up_what_is_long_past():
+    metronome = Metronome(speed=1.0, wall=0.0)
+    assert metronome.pause(50.0) == 0.0
+    assert metronome.pause(50.0) == pytest.approx(0.1)
+
+
+def test_speed_flag():
+    assert parse_speed("max") is None
+    assert parse_speed("2.5") == 2.5
+    for wrong in ("0", "-1", "nan", "inf", "fast"):
+        with pytest.raises(ValueError, match=".*"):
+            parse_speed(wrong)
+
+
+@pytest.mark.parametrize("speed", [None, 1.0, 20.0])
+def test_restarted_world_goes_on_later_than_anybody_heard(tmp_path, speed):
+    store = SnapshotFile(tmp_path)
+    state = RobotState(World(PLAN, seed=3), SimClock(1000.0), speed=speed)
+    state.world.set_door("r-5309", is_open=False)
+    for _ in range(20):
+        state.world.step(0.5, 0.0)
+    saved = state.saved()
+    store.save(saved)
+    state.tick_limit = saved.tick_limit
+    kept = state.world.truth()
+    while not state.must_save:
+        state.world.step(0.5, 0.0)
+    loaded = store.load(floor=PLAN.name)
+    again = RobotState(World(PLAN, seed=0), SimClock(0.0), speed=speed)
+    again.restore(loaded, at_least=0.0)
+    assert again.now >= state.now
+    assert again.world.tick >= state.world.tick
+    truth = again.world.truth()
+    assert (truth.x, truth.y, truth.metres) == (kept.x, kept.y, kept.metres)
+    assert again.world.doors()["r-5309"] is False
+    assert again.must_save
+
+
+def test_restored_clock_follows_the_wall_when_asked():
+    state = RobotState(World(PLAN), SimClock(1000.0), speed=1.0)
+    saved = state.saved()
+    again = RobotState(World(PLAN), SimClock(0.0), speed=1.0)
+    again.restore(saved, at_least=5000.0)
+    assert again.now == pytest.approx(5000.0)
+    again.restore(saved, at_least=0.0)
+    assert again.now == pytest.approx(1000.0 + saved.tick_limit * 0.1)
+
+
+def test_no_snapshot_yet(tmp_path):
+    assert SnapshotFile(tmp_path).load(floor="wean5") is None
+
+
+def test_damaged_snapshot_is_a_clear_error(tmp_path):
+    store = SnapshotFile(tmp_path)
+    store.path.write_text('{"clock_start": 1')
+    with pytest.raises(SnapshotError, match=r"xavier\.json is no snapshot.*--data"):
+        store.load(floor="wean5")
+
+
+def test_snapshot_of_another_floor_is_a_clear_error(tmp_path):
+    store = SnapshotFile(tmp_path)
+    store.save(RobotState(World(PLAN), SimClock(0.0), speed=None).saved())
+    with pytest.raises(SnapshotError, match="is of floor 'wean5', expected 'other'"):
+        store.load(floor="other")
+
+
+def test_snapshot_leaves_no_partial_file(tmp_path):
+    SnapshotFile(tmp_path).save(RobotState(World(PLAN), SimClock(0.0), speed=None).saved())
+    assert [path.name for path in tmp_path.iterdir()] == ["xavier.json"]
