@@ -27,7 +27,7 @@ from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import new_task_id
 from tca_bus._types import answer_adapter
-from tca_bus._wire import decode_answer, encode_message
+from tca_bus._wire import build, decode_answer, encode_message
 
 R = TypeVar("R")
 M = TypeVar("M", bound=Message)
@@ -179,7 +179,8 @@ class Module(PlainMessages):
     ) -> TaskHandle[R]:
         """Make a goal or command node, at the root or below the node of ``inside``."""
         kind = type(message)
-        task = SubmitTask(
+        task = build(
+            SubmitTask,
             id=id or new_task_id(self.name),
             name=kind.wire_name,
             task_class="goal" if isinstance(message, Goal) else "command",

@@ -5,15 +5,15 @@ from __future__ import annotations
 import asyncio
 from typing import Any, Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from tca_bus._errors import BusGoneError, InvalidMessageError, NoHandlerError
+from tca_bus._errors import BusGoneError, NoHandlerError
 from tca_bus._handle import TaskHandle
 from tca_bus._lifecycle import Lifecycle
 from tca_bus._messages import MessageClass
 from tca_bus._protocol import SubmitTask
 from tca_bus._tasks import new_task_id
-from tca_bus._wire import REPLY_SUFFIX, Payload, decode_plain, encode_json, problems_of
+from tca_bus._wire import REPLY_SUFFIX, Payload, build, decode_plain, encode_json
 
 _ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
 
@@ -54,20 +54,18 @@ class PlainMessages(Lifecycle):
 
         Raises as `Module.expand` does, and InvalidMessageError for an id that cannot be one.
         """
-        try:
-            task = SubmitTask(
-                id=id or new_task_id(self.name),
-                name=name,
-                task_class=task_class,
-                message_revision=revision,
-                data=data,
-                sender=self.name,
-                priority=priority,
-                wait_for_handler=wait_for_handler,
-                on_module_lost=on_module_lost,
-            )
-        except ValidationError as error:
-            raise InvalidMessageError(name, problems_of(error)) from error
+        task = build(
+            SubmitTask,
+            id=id or new_task_id(self.name),
+            name=name,
+            task_class=task_class,
+            message_revision=revision,
+            data=data,
+            sender=self.name,
+            priority=priority,
+            wait_for_handler=wait_for_handler,
+            on_module_lost=on_module_lost,
+        )
         return await self._parts.sender.submit(task, _ANYTHING, timeout=timeout)
 
     async def _inform(self, name: str, payload: Payload) -> None:

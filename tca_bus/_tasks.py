@@ -27,7 +27,7 @@ from tca_bus._presence import PresenceChange
 from tca_bus._protocol import FindTask, KillTask, SubmitTask, TaskStatus
 from tca_bus._topics import Arrival, Topics
 from tca_bus._types import answer_adapter
-from tca_bus._wire import decode_answer, encode_message
+from tca_bus._wire import build, decode_answer, encode_message
 
 R = TypeVar("R")
 
@@ -92,7 +92,7 @@ class TaskSender:
         self, task_id: str, *, reason: str, only_below: bool = False, timeout: float = 10.0
     ) -> TaskStatus:
         """Ask central to kill a task."""
-        question = KillTask(id=task_id, reason=reason, only_below=only_below)
+        question = build(KillTask, id=task_id, reason=reason, only_below=only_below)
         return await self.ask_central(question, timeout=timeout)
 
     async def refresh(self, handle: TaskHandle[Any]) -> None:

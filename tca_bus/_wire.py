@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import struct
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -27,6 +27,8 @@ REPLY_SUFFIX = ".reply"
 
 MOST_PROBLEMS = 8
 """How many problems of one payload an error names."""
+
+MessageT = TypeVar("MessageT", bound=Message)
 
 _HEADER_LENGTH = struct.Struct("<I")
 
@@ -52,6 +54,18 @@ class _FrameHeader(BaseModel):
 
     fields: dict[str, Any]
     arrays: list[_ArrayHeader]
+
+
+def build(message_type: type[MessageT], **fields: Any) -> MessageT:
+    """Make a message of fields that come from a caller.
+
+    Raises:
+        InvalidMessageError: They do not fit.
+    """
+    try:
+        return message_type(**fields)
+    except ValidationError as error:
+        raise InvalidMessageError(message_type.wire_name, problems_of(error)) from error
 
 
 def encode_message(message: Message) -> Payload:

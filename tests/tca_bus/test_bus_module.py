@@ -100,12 +100,11 @@ async def test_many_queries_are_handled_at_once(options):
         running.add(message.number)
         await go.wait()
 
-    async with server, Module("asker", options=options) as asker:
-        async with asyncio.TaskGroup() as group:
-            for number in range(50):
-                group.create_task(asker.query(Wait(number=number)))
-            await eventually(lambda: len(running) == 50)
-            go.set()
+    async with server, Module("asker", options=options) as asker, asyncio.TaskGroup() as group:
+        for number in range(50):
+            group.create_task(asker.query(Wait(number=number)))
+        await eventually(lambda: len(running) == 50)
+        go.set()
 
 
 async def test_what_a_handler_raises_reaches_the_caller_as_what_it_was(options):
@@ -307,10 +306,15 @@ async def test_a_background_task_that_fails_ends_the_module(options):
     async def fail() -> None:
         raise ValueError("broken")
 
-    with pytest.raises(ValueError, match="broken"):
-        async with Module("server", options=options) as server:
+    server = Module("server", options=options)
+
+    async def serve() -> None:
+        async with server:
             server.start(fail(), name="fails")
             await server.serve_forever()
+
+    with pytest.raises(ValueError, match="broken"):
+        await serve()
     with pytest.raises(ClosedError):
         server.modules()
     with pytest.raises(ClosedError):

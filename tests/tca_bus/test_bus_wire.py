@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 
@@ -100,10 +101,8 @@ def test_a_damaged_frame_is_invalid_or_still_a_scan(data):
     for _ in range(data.draw(st.integers(1, 4))):
         bad[data.draw(st.integers(0, len(bad) - 1))] = data.draw(st.integers(0, 255))
     cut = bytes(bad[: data.draw(st.integers(0, len(bad)))])
-    try:
+    with contextlib.suppress(InvalidMessageError):
         assert isinstance(decode_message(Payload(cut, whole.encoding), Scan), Scan)
-    except InvalidMessageError as error:
-        assert error.problems
 
 
 def test_the_error_names_field_value_and_what_was_expected():
