@@ -92,8 +92,8 @@ class Executor:
         facts = _facts_after(step, outcome, await self._store.facts())
         changed = await self._changed(step, outcome, facts)
         now = self._module.clock.now()
-        await self._store.end_step(step, outcome, facts, now, changed=changed)
-        for request in changed:
+        ended = await self._store.end_step(step, outcome, facts, now, changed=changed)
+        for request in ended:
             await self._book.took_effect(request)
         return outcome
 

@@ -154,8 +154,11 @@ class Store:
         time: float,
         *,
         changed: Iterable[DeliveryRequest] = (),
-    ) -> None:
-        """Close a step together with what it changed in the world and for the requests."""
+    ) -> list[DeliveryRequest]:
+        """Close a step together with what it changed in the world and for the requests.
+
+        Gives those of ``changed`` that had not ended already, by somebody else's hand.
+        """
         async with self._base.transaction() as link:
             await link.execute(
                 "UPDATE steps SET state = ?, outcome = ?, ended = ? WHERE number = ?",
@@ -167,8 +170,7 @@ class Store:
             if facts.room is not None:
                 known.append(("robot", facts.room))
             await link.executemany("INSERT INTO facts (kind, subject) VALUES (?, ?)", known)
-            for request in changed:
-                await _change(link, request, request.reason)
+            return [r for r in changed if await _change(link, r, r.reason)]
 
     async def steps_of(self, request_id: str) -> list[StepView]:
         """What was carried out for a request."""

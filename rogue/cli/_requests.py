@@ -6,6 +6,7 @@ import uuid
 from typing import Annotated
 
 from cyclopts import Parameter
+from pydantic import ValidationError
 
 from rogue.cli._client import ask, on_bus
 from rogue.cli._waiting import EXIT_CODES, persist, states
@@ -19,7 +20,7 @@ from rogue.messages import (
     ShowRequest,
     Why,
 )
-from tca_bus import ConfigError, Module
+from tca_bus import InvalidMessageError, Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 
 COLUMNS = ("id", "user", "item", "from", "to", "state", "rank", "posted", "deadline", "reason")
@@ -69,8 +70,9 @@ async def request(
             deadline=deadline,
             why=why,
         )
-    except ValueError as error:
-        raise ConfigError("request", item, f"shorter or other words ({error})") from error
+    except ValidationError as error:
+        problems = [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()]
+        raise InvalidMessageError(PostRequest.wire_name, problems) from None
     async with on_bus(flags) as module:
         posted = await persist(lambda: ask(module, message))
         if not wait:

@@ -1,0 +1,167 @@
+"""The commands of users, as processes, against an agent's desk on a real bus."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from rogue.book import RequestBook
+from rogue.conversation import Conversation
+from rogue.desk import Desk
+from rogue.directory import load_directory
+from rogue.messages import RequestState
+from rogue.store import Facts, Store
+from tca_bus import BusOptions, Module
+from tca_bus.testing import bus, eventually
+
+pytestmark = [pytest.mark.bus, pytest.mark.process]
+
+ROOMS = {f"r-53{number:02d}": (0.0, float(number)) for number in range(1, 16)}
+
+
+@dataclass
+class Agent:
+    options: BusOptions
+    store: Store
+    book: RequestBook
+    conversation: Conversation
+
+    async def start(self, *words: str) -> asyncio.subprocess.Process:
+        return await start(self.options, *words)
+
+    async def run(self, *words: str) -> tuple[int, str, str]:
+        return await ended(await self.start(*words))
+
+    async def end(self, name: str, state: RequestState, reason: str | None) -> None:
+        request = self.book.find(name)
+        assert request is not None
+        done = self.book.as_ended(request, state, reason, Facts())
+        await self.store.change_request(done)
+        await self.book.took_effect(done)
+
+
+async def start(options: BusOptions, *words: str) -> asyncio.subprocess.Process:
+    environment = {**os.environ, "TCA_CONNECT": options.connect, "TCA_REALM": options.realm}
+    return await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "rogue",
+        *words,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+        env=environment,
+    )
+
+
+async def ended(process: asyncio.subprocess.Process) -> tuple[int, str, str]:
+    out, err = await process.communicate()
+    return process.returncode or 0, out.decode(), err.decode()
+
+
+@pytest.fixture
+async def agent(tmp_path: Path) -> AsyncIterator[Agent]:
+    async with bus() as options, Store(tmp_path) as store:
+        module, directory = Module("rogue", options=options), load_directory()
+        book = RequestBook(module, store, directory)
+
+        async def rooms() -> dict[str, tuple[float, float]]:
+            return ROOMS
+
+        Desk(module, store, book, directory).open(rooms)
+        async with module:
+            yield Agent(options, store, book, Conversation(module, store))
+
+
+async def test_a_request_is_posted_listed_and_shown(agent: Agent):
+    code, out, err = await agent.run(
+        "request", "delivermail", "--user", "mitchell", "--id", "mail", "--json"
+    )
+    assert code == 0, err
+    posted = json.loads(out)
+    assert (posted["pickup"], posted["deliver"], posted["state"]) == ("r-5303", "r-5313", "queued")
+    listed, shown = await asyncio.gather(
+        agent.run("requests", "--json"), agent.run("show", "mail", "--json")
+    )
+    assert json.loads(listed[1]) == [posted]
+    assert json.loads(shown[1])["request"] == posted
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("delivermail", "--user", "mitchel"), "there is no user 'mitchel'. Did you mean"),
+        (("delivermale", "--user", "mitchell"), "there is no item 'delivermale'. Did you mean"),
+        (("delivermail", "--user", "mitchell", "--from", "r-5330"), "no room 'r-5330'. Did you"),
+        (("delivermail", "--user", "mitchell", "--to", "r-5303"), "both r-5303"),
+        (("delivermail", "--user", "mitchell", "--deadline", "0m"), "has passed"),
+        (("delivermail", "--user", "mitchell", "--id", "a b"), "String should match pattern"),
+    ],
+)
+async def test_what_is_wrong_is_said_in_one_line(agent: Agent, words, said):
+    code, out, err = await agent.run("request", *words)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert said in err
+    assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "code"),
+    [
+        (RequestState.COMPLETED, None, 0),
+        (RequestState.FAILED, "cannot get to r-5313, door_blocked", 1),
+        (RequestState.CANCELED, "not needed", 6),
+    ],
+)
+async def test_wait_ends_with_the_request(agent: Agent, state, reason, code):
+    process = await agent.start(
+        "request", "delivermail", "--user", "mitchell", "--id", "mail", "--wait"
+    )
+    await eventually(lambda: agent.book.find("mail"), what="the request")
+    await agent.end("mail", state, reason)
+    found, out, err = await ended(process)
+    assert found == code, err
+    assert out.splitlines()[-1].startswith("mail: delivermail for mitchell, r-5303 to r-5313: ")
+    assert state.value in out
+    assert (reason or "") in out
+
+
+async def test_the_trace_is_printed_from_its_beginning(agent: Agent):
+    await agent.conversation.tell_all(["Listening for incoming requests...", "", "  2 n2 (done)"])
+    code, out, _ = await agent.run("trace")
+    assert (code, out) == (0, "Listening for incoming requests...\n\n  2 n2 (done)\n")
+    follower = await agent.start("trace", "--follow", "--after", "2")
+    assert follower.stdout is not None
+    assert await follower.stdout.readline() == b"  2 n2 (done)\n"
+    await agent.conversation.tell("  4 n4 <*finish*>")
+    assert await follower.stdout.readline() == b"  4 n4 <*finish*>\n"
+    follower.terminate()
+    assert await follower.wait() == 0
+
+
+async def test_without_an_agent_nobody_handles_it():
+    async with bus() as options:
+        code, _, err = await ended(await start(options, "requests"))
+    assert code == 3
+    assert "rogueRequests" in err
+
+
+async def test_without_a_router_it_says_how_to_start_one():
+    options = BusOptions(connect="tcp/127.0.0.1:1")
+    code, _, err = await ended(await start(options, "requests"))
+    assert code == 5
+    assert "tca router" in err
+
+
+async def test_an_unknown_request_is_bad_usage(agent: Agent):
+    for command in ("show", "cancel", "why"):
+        code, _, err = await agent.run(command, "nothing")
+        assert code == 2
+        assert "there is no request 'nothing'" in err
