@@ -112,17 +112,26 @@ def drive_to(world: World, navigator: Navigator, room: str, tally: Tally) -> Non
         tally.errors.append(error)
 
 
-def run(drives: int, seed: int, *, verbose: bool = False) -> Tally:
+def shut_doors(world: World, share: float, spare: set[str], random: np.random.Generator) -> None:
+    """Shut a share of the doors, but for those of the rooms to ``spare``."""
+    for room in sorted(world.plan.places):
+        world.set_door(room, is_open=room in spare or random.random() >= share)
+
+
+def run(drives: int, seed: int, *, shut: float = 0.0, verbose: bool = False) -> Tally:
     """Drive to ``drives`` random rooms one after the other in the world of ``seed``."""
     world = World(load_plan("xavier_sim/floors/wean5.yaml"), seed)
     navigator = Navigator(Floor(load_plan()), seed=seed)
     rooms = sorted(world.plan.places)
     random, tally = np.random.default_rng(seed), Tally()
+    here = ""
     for _ in range(drives):
-        room = rooms[int(random.integers(len(rooms)))]
-        drive_to(world, navigator, room, tally)
+        before, here = here, rooms[int(random.integers(len(rooms)))]
+        if shut > 0.0:
+            shut_doors(world, shut, {before, here}, random)
+        drive_to(world, navigator, here, tally)
         if verbose:
-            print(room, world.truth(), navigator.position(), tally.row())
+            print(here, world.truth(), navigator.position(), tally.row())
     return tally
 
 
@@ -131,12 +140,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--drives", type=int, default=100)
     parser.add_argument("--seed", type=int, action="append")
+    parser.add_argument("--shut", type=float, default=0.0, help="share of other doors shut")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
     for seed in options.seed or [0]:
-        row = {"seed": seed, **run(options.drives, seed, verbose=options.verbose).row()}
+        row = {"seed": seed, **run_row(options, seed)}
         print(json.dumps(row) if options.json else _table(row))
+
+
+def run_row(options: argparse.Namespace, seed: int) -> dict[str, float | int | str]:
+    """The figures of one seed."""
+    return run(options.drives, seed, shut=options.shut, verbose=options.verbose).row()
 
 
 def _table(row: dict[str, float | int | str]) -> str:

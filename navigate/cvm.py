@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from navigate.sonarring import ROBOT_RADIUS, wrap
+from navigate.sonarring import ROBOT_RADIUS
 from navigate.view import STOP, Wheels
 from navigate.walls import Floats
 
@@ -96,23 +96,6 @@ def choose(echoes: Floats, heading: float, *, top_speed: float, margin: float = 
     row, column = divmod(int(best), len(_TURNS))
     wheels = Wheels(float(speeds[row, 0]), float(_TURNS[column]))
     return Choice(wheels, float(free[row, column]))
-
-
-def widest_turn(echoes: Floats, heading: float) -> float | None:
-    """The turn, nearest to ``heading``, after which the way ahead is free; None if there is none.
-
-    For a robot that no arc leads on: it is round, so it can turn on the spot and then drive.
-    """
-    turns = np.linspace(-1.9, 1.9, 39)
-    cos, sin = np.cos(turns)[:, None], np.sin(turns)[:, None]
-    ahead = cos * echoes[:, 0] + sin * echoes[:, 1]
-    aside = cos * echoes[:, 1] - sin * echoes[:, 0]
-    hits = (np.abs(aside) < ROBOT_RADIUS + MARGIN) & (ahead > 0.0)
-    free = np.where(hits, ahead - ROBOT_RADIUS, HORIZON).min(axis=1, initial=HORIZON)
-    good = np.flatnonzero(free > 0.9)
-    if len(good) == 0:
-        return None
-    return min((float(turns[i]) for i in good), key=lambda turn: abs(wrap(turn - heading)))
 
 
 def _entry(curvature: Floats, x: Floats, y: Floats, radius: float) -> Floats:

@@ -70,7 +70,6 @@ def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
             raise DoorShut(frame.door.name, view.time - began)
         if view.is_fresh(0):
             sees_open = sees_open + 1 if _open(view, frame) else 0
-        frame.measure(view)
         view = yield STOP
     return view
 

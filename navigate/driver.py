@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from navigate.doorpass import pass_door
 from navigate.floor import frame
-from navigate.follow import follow
+from navigate.follow import Way, follow, way_through
 from navigate.graph import Point
 from navigate.hindrances import CERTAIN, REMEMBER, Memory
 from navigate.messages import NavigationFailure
@@ -33,6 +33,7 @@ from navigate.view import (
     Wheels,
 )
 from navigate.walls import Passage
+from xavier_sim.messages import Space
 
 ARRIVED = 0.1
 """Metres from a goal in open floor that count as there."""
@@ -179,7 +180,8 @@ class Driver:
             if step.door is not None:
                 view = yield from self._pass(view, step, step.door)
             elif not _lined_up(view, drive.steps):
-                view = yield from _go(view, start, drive.steps, behind_door=behind_door)
+                way = way_through(self._space(step), start, step.to)
+                view = yield from _go(view, way, drive.steps, behind_door=behind_door)
             behind_door = step.door is not None
             start = drive.steps.pop(0).to
         _check(view)
@@ -189,6 +191,9 @@ class Driver:
         view = yield from pass_door(view, door, side_of(door, step.to))
         self._memory.opened(door.name)
         return view
+
+    def _space(self, step: Step) -> Space:
+        return self._planner.floor.spaces[step.space]
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
         met = drive.troubles[-1] if drive.troubles else None
@@ -218,15 +223,14 @@ class Driver:
         return (yield from wait(view, 0.5))
 
 
-def _go(view: View, start: Point, steps: list[Step], *, behind_door: bool) -> Manoeuvre[View]:
-    """Follow the first of ``steps``, a straight way."""
-    goal = steps[0].to
+def _go(view: View, way: Way, steps: list[Step], *, behind_door: bool) -> Manoeuvre[View]:
+    """Follow ``way``, the first of ``steps``."""
     last = len(steps) == 1
     tolerance = (ARRIVED_BEHIND_DOOR if behind_door else ARRIVED) if last else 0.12
-    ends = last or steps[1].door is not None or _turns(start, goal, steps[1].to)
+    ends = last or steps[1].door is not None or _turns(way.start, way.goal, steps[1].to)
     if not ends:
         tolerance = 0.3
-    return (yield from follow(view, start, goal, tolerance=tolerance, ends=ends))
+    return (yield from follow(view, way, tolerance=tolerance, ends=ends))
 
 
 def _check(view: View) -> None:

@@ -46,7 +46,7 @@ TEMPER = 0.45
 STILL_TEMPER = 0.02
 """The same while the robot stands, when every reading says again what the last one said."""
 
-OPEN_SHARE, SHUT_SHARE, STRAY_SHARE = 0.55, 0.25, 0.20
+OPEN_SHARE, SHUT_SHARE, STRAY_SHARE = 0.58, 0.22, 0.20
 AGREES = 0.35
 """Metres within which a reading speaks for the estimate."""
 

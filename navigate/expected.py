@@ -155,7 +155,7 @@ def _hits(
 def _around(lines: Floats, across: Floats, along: Floats) -> Floats:
     keep = (lines[:, 0] > across[0] - REACH) & (lines[:, 0] < across[-1] + REACH)
     keep &= (lines[:, 1] < along[-1] + REACH) & (lines[:, 2] > along[0] - REACH)
-    return lines[keep]
+    return np.asarray(lines[keep])
 
 
 def _cones(rays: Singles) -> Singles:

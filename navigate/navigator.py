@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,17 @@ from navigate.hindrances import Memory
 from navigate.messages import NavigationReport, Position
 from navigate.odometry import Motion, Pose, motion_between, plausible
 from navigate.routes import Planner
+from navigate.sonarring import bump_direction
+from navigate.surroundings import Surroundings
 from navigate.view import STOP, View, Wheels
 from navigate.walls import Floats
 from xavier_sim.messages import SONAR_COUNT, Sensors
 
 UNSEEN_SPREAD = 0.5
 """Doubt in metres after odometry was set anew: nobody saw how the robot moved."""
+
+ECHO_RANGE = 3.0
+"""Metres within which echoes matter to a manoeuvre."""
 
 SEARCH_EVERY = 8
 """Ticks between two searches while the robot stands and is lost."""
@@ -41,6 +45,7 @@ class Navigator:
         self.estimator = Estimator(floor, seed=seed)
         self.planner = Planner(floor)
         self.memory = Memory()
+        self.surroundings = Surroundings()
         self.driver = Driver(self.planner, self.memory)
         self.time = 0.0
         self.wheels = STOP
@@ -56,6 +61,7 @@ class Navigator:
         self.estimator.move(motion)
         self.estimator.sense(self._ranges, sensors.sonar_fresh, still=still)
         self._still_ticks = self._still_ticks + 1 if still else 0
+        self._listen(sensors)
         self._search()
         self.wheels = self.driver.step(self._view(sensors))
         return self.wheels
@@ -130,6 +136,12 @@ class Navigator:
         self.time = float(state["time"])
         self.memory.restore(state["hindrances"])
 
+    def _listen(self, sensors: Sensors) -> None:
+        odom = self._odom or (0.0, 0.0, 0.0)
+        self.surroundings.hear(odom, self._ranges, sensors.sonar_fresh, sensors.time)
+        if (direction := bump_direction(sensors.bump)) is not None:
+            self.surroundings.touch(odom, direction, sensors.time)
+
     def _reckon(self, sensors: Sensors) -> Motion:
         now: Pose = (float(sensors.odom[0]), float(sensors.odom[1]), float(sensors.odom[2]))
         before, seconds = self._odom, abs(sensors.time - self.time)
@@ -152,13 +164,14 @@ class Navigator:
             self.estimator.recover(self._ranges, radius=radius)
 
     def _view(self, sensors: Sensors) -> View:
+        odom = self._odom or (0.0, 0.0, 0.0)
         return View(
             time=sensors.time,
             pose=self.estimator.estimate.pose,
-            odom=self._odom or (0.0, 0.0, 0.0),
+            odom=odom,
             ranges=self._ranges,
             fresh=sensors.sonar_fresh,
             bump=sensors.bump,
-            speed=sensors.speed if math.isfinite(sensors.speed) else 0.0,
+            echoes=self.surroundings.around(odom, within=ECHO_RANGE),
             lost=self.estimator.lost,
         )

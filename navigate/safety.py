@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from navigate.sonarring import BEARINGS, RING_RADIUS, ROBOT_RADIUS
+from navigate.sonarring import NEAREST, RING_RADIUS, ROBOT_RADIUS
 from navigate.view import STOP, View, Wheels
 
 BRAKES = 1.0
@@ -14,12 +14,6 @@ KEEP_OFF = 0.06
 """Metres to keep from what is ahead, at any speed."""
 
 NARROW_KEEP_OFF = 0.02
-FAR = 10.0
-"""Metres that stand for no echo."""
-
-_COS, _SIN = np.cos(BEARINGS), np.sin(BEARINGS)
-_AHEAD = _COS > 0.5
-_STRAIGHT = np.arange(len(BEARINGS)) == 0
 
 
 def guard(wheels: Wheels, view: View) -> Wheels:
@@ -39,11 +33,19 @@ def guard(wheels: Wheels, view: View) -> Wheels:
 
 def _room_ahead(view: View, *, narrow: bool) -> float:
     """Metres to the nearest echo in the robot's lane."""
-    distance = RING_RADIUS + np.minimum(view.ranges, FAR)
-    lane = _STRAIGHT if narrow else _AHEAD & (np.abs(distance * _SIN) < ROBOT_RADIUS)
-    keep = NARROW_KEEP_OFF if narrow else KEEP_OFF
-    ahead = distance[lane] * _COS[lane] - ROBOT_RADIUS - keep
-    return float(ahead.min(initial=np.inf))
+    if narrow:
+        return _room(float(view.ranges[0]), NARROW_KEEP_OFF)
+    ahead, left = view.echoes[:, 0], view.echoes[:, 1]
+    lane = (ahead > 0.0) & (np.abs(left) < ROBOT_RADIUS)
+    nearest = float(ahead[lane].min(initial=np.inf))
+    return _room(nearest - RING_RADIUS, KEEP_OFF)
+
+
+def _room(reading: float, keep: float) -> float:
+    """Metres left before what a sonar ahead reads; the shortest reading may mean any less."""
+    if reading < NEAREST + 0.02:
+        return 0.0
+    return RING_RADIUS + reading - ROBOT_RADIUS - keep
 
 
 def _pushes(panels: int, speed: float) -> bool:

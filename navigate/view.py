@@ -11,11 +11,8 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-import numpy as np
-
 from navigate.graph import Point
 from navigate.odometry import Pose
-from navigate.sonarring import BEARINGS, RING_RADIUS, wrap
 from navigate.walls import Floats
 
 Result = TypeVar("Result")
@@ -42,6 +39,7 @@ class View:
 
     ``pose`` is believed, in the map frame, ``odom`` is dead reckoning. ``ranges`` has shape
     (24,), metres from the ring, inf for no echo; ``fresh`` holds the bits of new readings.
+    ``echoes`` are what was heard around lately, shape (n, 2), metres ahead and left.
     """
 
     time: float
@@ -50,7 +48,7 @@ class View:
     ranges: Floats
     fresh: int
     bump: int
-    speed: float
+    echoes: Floats
     lost: bool = False
 
     @property
@@ -61,14 +59,6 @@ class View:
     def is_fresh(self, sonar: int) -> bool:
         """Whether the reading of a sonar is new at this tick."""
         return bool(self.fresh >> sonar & 1)
-
-    def echoes(self, *, within: float) -> Floats:
-        """Echoes nearer than ``within`` metres, shape (n, 2), robot frame: ahead and left."""
-        near = self.ranges < within
-        distance = RING_RADIUS + self.ranges[near]
-        return np.column_stack(
-            [distance * np.cos(BEARINGS[near]), distance * np.sin(BEARINGS[near])]
-        )
 
 
 Manoeuvre = Generator[Wheels, View, Result]
@@ -123,9 +113,3 @@ class Astray(Trouble):
 
     def __init__(self) -> None:
         super().__init__("the sonars contradict the map where the robot believes to be")
-
-
-def heading_to(view: View, target: Point) -> float:
-    """Radians to turn left to look at a point of the map."""
-    x, y, theta = view.pose
-    return wrap(math.atan2(target[1] - y, target[0] - x) - theta)
