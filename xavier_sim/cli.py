@@ -162,7 +162,7 @@ def open_world(
         FloorError: the floor plan is wrong.
         SnapshotError: what lies in the data folder is no world of this floor.
     """
-    pace = _speed(speed)
+    pace = parse_speed(speed)
     start = _epoch(epoch)
     plan = load_floor(str(find_floor(floor)))
     state = RobotState(World(plan, _seed(seed)), SimClock(start), speed=pace)
@@ -180,13 +180,6 @@ def _seed(seed: int) -> int:
     if seed < 0:
         raise ConfigError("--seed", seed, "0 or more")
     return seed
-
-
-def _speed(text: str) -> float | None:
-    try:
-        return parse_speed(text)
-    except ValueError:
-        raise ConfigError("--speed", text, "a number above 0, or max") from None
 
 
 def _epoch(text: str | None) -> float:

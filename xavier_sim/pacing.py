@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from tca_bus import ConfigError
 from xavier_sim.profile import TICK
 
 ANSWER_PATIENCE = 0.3
@@ -60,11 +61,14 @@ def parse_speed(text: str) -> float | None:
     """The speed that ``--speed`` names; None for ``max``, lockstep.
 
     Raises:
-        ValueError: it is neither ``max`` nor a positive number.
+        ConfigError: it is neither ``max`` nor a positive number.
     """
     if text == "max":
         return None
-    speed = float(text)
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
     if not (math.isfinite(speed) and speed > 0.0):
-        raise ValueError(text)
+        raise ConfigError("--speed", text, "a number above 0, or max")
     return speed

@@ -103,7 +103,7 @@ class RobotModule:
             self._demands.clean(wall, self._present.__contains__)
             if self._may_tick():
                 return
-            await self._tell_time()
+            await self._tell_time(resting=self._resting)
             await self._repeat_sensors(wall)
             await self._save_if_old(wall)
             await self._wait_for_bell()
@@ -121,6 +121,11 @@ class RobotModule:
     @property
     def _driven(self) -> bool:
         return self._driver.name in self._present.values()
+
+    @property
+    def _resting(self) -> bool:
+        """Whether nothing is under way that makes time move."""
+        return not self._driven or self._driver.answered(self._state.world.tick)
 
     async def _wait_for_bell(self) -> None:
         """Wait for a message, or a short while: waking modules and lost answers are timed."""
@@ -149,9 +154,9 @@ class RobotModule:
         self._sensors_sent = time.monotonic()
         await self._module.broadcast(self._state.sensors())
 
-    async def _tell_time(self) -> None:
+    async def _tell_time(self, *, resting: bool = False) -> None:
         now, wall = self._state.now, time.monotonic()
-        if self._news.due_in(now, wall) > 0.0:
+        if self._news.due_in(now, wall, resting=resting) > 0.0:
             return
         self._news.told(now, wall)
         await self._module.broadcast(SimulatedTime(time=now, speed=self._state.speed))
@@ -177,6 +182,7 @@ class RobotModule:
                     self._present.pop(module.incarnation, None)
                 if module.name == self._driver.name:
                     self._driver.forget()
+                    self._sensors_sent = float("-inf")
                 self._bell.set()
 
     async def _on_drive(self, drive: Drive, context: Context) -> None:

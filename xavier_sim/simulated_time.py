@@ -104,9 +104,12 @@ class TimeNews:
         """Somebody waits for this very moment."""
         self._urgent = True
 
-    def due_in(self, now: float, wall: float) -> float:
-        """Wall seconds until the time ``now`` should be announced; 0 for at once."""
-        if self._urgent:
+    def due_in(self, now: float, wall: float, *, resting: bool = False) -> float:
+        """Wall seconds until the time ``now`` should be announced; 0 for at once.
+
+        ``resting`` says that time moves no further for now: then all should know it exactly.
+        """
+        if self._urgent or (resting and now != self._told):
             return 0.0
         pause = NEWS_MOVING if now != self._told else NEWS_STILL
         return max(0.0, self._told_at + pause - wall)

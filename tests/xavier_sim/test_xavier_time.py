@@ -6,6 +6,7 @@ import itertools
 
 import pytest
 
+from tca_bus import ConfigError
 from xavier_sim.driver import SILENCE, STOP, Driver
 from xavier_sim.floor import load_floor
 from xavier_sim.messages import Drive
@@ -85,6 +86,8 @@ def test_time_is_announced_often_while_it_moves_and_seldom_when_it_stands():
     news.told(0.0, wall=0.0)
     assert news.due_in(0.0, wall=0.1) == pytest.approx(NEWS_STILL - 0.1)
     assert news.due_in(0.1, wall=0.01) == pytest.approx(NEWS_MOVING - 0.01)
+    assert news.due_in(0.1, wall=0.01, resting=True) == 0.0
+    assert news.due_in(0.0, wall=0.1, resting=True) > 0.0
     news.hurry()
     assert news.due_in(0.1, wall=0.01) == 0.0
 
@@ -169,7 +172,7 @@ def test_speed_flag():
     assert parse_speed("max") is None
     assert parse_speed("2.5") == 2.5
     for wrong in ("0", "-1", "nan", "inf", "fast"):
-        with pytest.raises(ValueError, match=".*"):
+        with pytest.raises(ConfigError, match="a number above 0, or max"):
             parse_speed(wrong)
 
 

@@ -1,0 +1,202 @@
+"""The robot on a real bus, with a stand-in driver of a few lines."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+from contextlib import asynccontextmanager
+
+import pytest
+
+from tca_bus import HandlerFailedError, Module
+from tca_bus.testing import bus, eventually
+from xavier_sim.floor import load_floor
+from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally, WorldDoors
+from xavier_sim.robot_module import RobotModule
+from xavier_sim.robot_state import RobotState
+from xavier_sim.simulated_time import SimClock
+from xavier_sim.snapshots import SnapshotFile
+from xavier_sim.world import World
+
+pytestmark = pytest.mark.bus
+
+PLAN = load_floor()
+EPOCH = 1000.0
+
+
+@asynccontextmanager
+async def robot(options, *, speed=None, store=None, saved=None):
+    state = RobotState(World(PLAN, seed=1), SimClock(EPOCH), speed=speed)
+    if saved is not None:
+        state.restore(saved, at_least=0.0)
+    async with asyncio.TaskGroup() as group:
+        running = group.create_task(RobotModule(state, store, options).run(), name="robot")
+        try:
+            yield state
+        finally:
+            running.cancel()
+
+
+class StandIn:
+    """Drives ahead, with a turn now and then, for as many ticks as it is told."""
+
+    def __init__(self, options, *, name="navigate", ticks=0):
+        self.module = Module(name, options=options)
+        self.module.serve(Sensors, self.on_sensors)
+        self.ticks, self.seen, self.deaf = ticks, [], False
+        self.digest = hashlib.sha256()
+
+    async def on_sensors(self, sensors, context):
+        new = not self.seen or sensors.tick != self.seen[-1].tick
+        if new:
+            self.digest.update(sensors.sonar.tobytes() + sensors.odom.tobytes())
+        self.seen.append(sensors)
+        if not self.deaf:
+            await self.answer(sensors)
+
+    async def answer(self, sensors):
+        busy = sensors.tick < self.ticks
+        turn = 0.2 if sensors.tick % 7 == 0 else 0.0
+        drive = Drive(tick=sensors.tick, speed=0.3 * busy, turn_rate=turn * busy, busy=busy)
+        await self.module.inform(drive)
+
+
+def sim(options):
+    return options.model_copy(update={"clock": "sim"})
+
+
+async def test_lockstep_waits_for_the_driver_tick_by_tick():
+    async with bus() as options, robot(options) as state:
+        driver = StandIn(options, ticks=50)
+        async with driver.module:
+            await eventually(lambda: state.world.tick == 50)
+            ticks = [sensors.tick for sensors in driver.seen]
+            assert sorted(set(ticks)) == list(range(51))
+            assert all(sensors.lockstep for sensors in driver.seen)
+            assert state.now == pytest.approx(EPOCH + 5.0)
+
+
+async def test_lockstep_outcome_does_not_depend_on_load():
+    digests = set()
+    for pause in (0.0, 0.003):
+        async with bus() as options, robot(options) as state:
+            driver = StandIn(options, ticks=60)
+            answer = driver.answer
+
+            async def slow_answer(sensors, answer=answer, pause=pause):
+                await asyncio.sleep(pause)
+                await answer(sensors)
+
+            driver.answer = slow_answer
+            async with driver.module:
+                await eventually(lambda state=state: state.world.tick == 60)
+                await eventually(lambda driver=driver: driver.seen[-1].tick == 60)
+                digests.add(driver.digest.hexdigest())
+    assert len(digests) == 1
+
+
+async def test_lost_sensors_are_sent_again():
+    async with bus() as options, robot(options) as state:
+        driver = StandIn(options, ticks=5)
+        driver.deaf = True
+        async with driver.module:
+            await eventually(lambda: len(driver.seen) >= 3)
+            assert state.world.tick == 0
+            driver.deaf = False
+            await eventually(lambda: state.world.tick == 5)
+
+
+async def test_time_stands_still_without_a_driver_and_moves_for_who_waits():
+    async with bus() as options, robot(options) as state:
+        async with Module("waiter", options=sim(options)) as waiter:
+            await waiter.clock.wait_ready(10)
+            assert waiter.clock.now() == EPOCH
+            await waiter.clock.sleep(3.0)
+            assert waiter.clock.now() == pytest.approx(EPOCH + 3.0)
+            assert state.now == pytest.approx(EPOCH + 3.0)
+        assert state.world.truth().metres == 0.0
+
+
+async def test_time_moves_through_an_idle_driver_for_who_waits():
+    async with bus() as options, robot(options) as state:
+        driver = StandIn(options)
+        async with driver.module, Module("waiter", options=sim(options)) as waiter:
+            await waiter.clock.wait_ready(10)
+            await eventually(lambda: driver.seen)
+            await waiter.clock.sleep(4.0)
+            assert state.now == pytest.approx(EPOCH + 4.0)
+            answered = {sensors.tick for sensors in driver.seen}
+            assert answered >= set(range(40))
+
+
+async def test_who_waits_longer_does_not_rob_who_was_woken():
+    """The first to be woken waits again before time goes on for the other."""
+    async with (
+        bus() as options,
+        robot(options),
+        Module("long", options=sim(options)) as long,
+        Module("short", options=sim(options)) as short,
+    ):
+        await asyncio.gather(long.clock.wait_ready(10), short.clock.wait_ready(10))
+        patient = asyncio.create_task(long.clock.sleep(20.0), name="patient")
+        begun = short.clock.now()
+        for number in range(1, 6):
+            await short.clock.sleep_until(begun + number)
+            assert short.clock.now() == pytest.approx(begun + number, abs=0.11)
+        await patient
+
+
+async def test_killed_driver_stops_the_robot_until_another_comes():
+    async with bus() as options, robot(options) as state:
+        async with StandIn(options, ticks=10_000).module:
+            await eventually(lambda: state.world.tick > 30)
+        tick = state.world.tick
+        async with StandIn(options, ticks=tick + 40).module:
+            await eventually(lambda: state.world.tick >= tick + 40)
+
+
+async def test_paced_world_moves_by_itself_and_stops_without_a_driver():
+    async with bus() as options, robot(options, speed=20.0) as state:
+        driver = StandIn(options, name="other", ticks=1_000_000)
+        async with driver.module:
+            await eventually(lambda: state.world.truth().metres > 0.3)
+            assert not driver.seen[-1].lockstep
+        await eventually(lambda: state.world.reading.speed == 0.0)
+        tick = state.world.tick
+        await eventually(lambda: state.world.tick > tick + 5)
+
+
+async def test_doors_and_truth():
+    async with bus() as options, robot(options), Module("asker", options=options) as asker:
+        await asker.wait_for(WhereReally, MoveDoor, WorldDoors, timeout=10)
+        assert (await asker.query(WhereReally())).space == "foyer"
+        assert not (await asker.query(MoveDoor(room="r-5313", open=False))).open
+        states = {door.room: door.open for door in await asker.query(WorldDoors())}
+        assert len(states) == 60
+        assert [room for room, is_open in states.items() if not is_open] == ["r-5313"]
+        with pytest.raises(HandlerFailedError) as caught:
+            await asker.query(MoveDoor(room="r5313", open=False))
+        assert caught.value.failure.name == "unknown_room"
+        assert "r-5313" in caught.value.failure.text
+
+
+async def test_door_is_on_disk_soon_and_the_world_at_the_end(tmp_path):
+    store = SnapshotFile(tmp_path)
+    async with bus() as options:
+        async with robot(options, store=store), Module("asker", options=options) as asker:
+            await asker.wait_for(MoveDoor, timeout=10)
+            await asker.query(MoveDoor(room="r-5313", open=False))
+            await eventually(lambda: is_shut(store))
+            driver = StandIn(options, ticks=12)
+            async with driver.module:
+                await eventually(lambda: driver.seen and driver.seen[-1].tick == 12)
+        saved = store.load(floor=PLAN.name)
+        assert saved.world["tick"] == 12
+        async with robot(options, saved=saved) as state:
+            assert state.now > EPOCH + 1.2
+            assert not state.world.doors()["r-5313"]
+
+
+def is_shut(store):
+    saved = store.load(floor=PLAN.name)
+    return saved is not None and not saved.world["doors"]["d-5313"]
