@@ -70,12 +70,16 @@ class PlainMessages(Lifecycle):
 
     async def _inform(self, name: str, payload: Payload) -> None:
         parts = self._parts
-        try:
-            async with asyncio.timeout(self.options.connect_timeout):
-                await parts.core.session.connected()
-        except TimeoutError as error:
-            raise BusGoneError(self.options.connect, "it was lost") from error
+        if not parts.core.session.is_up:
+            await self._until_connected()
         table = parts.core.presence.table
         if not table.providers(name):
             raise NoHandlerError(name, table.known_messages())
         parts.topics.publish(MessageClass.INFORM, name, payload)
+
+    async def _until_connected(self) -> None:
+        try:
+            async with asyncio.timeout(self.options.connect_timeout):
+                await self._parts.core.session.connected()
+        except TimeoutError as error:
+            raise BusGoneError(self.options.connect, "it was lost") from error

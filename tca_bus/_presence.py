@@ -106,9 +106,12 @@ class PresenceTable:
 
     def providers(self, message: str) -> list[PresentModule]:
         """The newest incarnation of each module that handles ``message``, certain ones first."""
-        names = {entry.name for entry in self._entries.values()}
-        newest = [entry for name in names if (entry := self.named(name)) is not None]
-        found = [entry for entry in newest if message in entry.provides]
+        newest: dict[str, PresentModule] = {}
+        for entry in self._entries.values():
+            known = newest.get(entry.name)
+            if known is None or known.incarnation < entry.incarnation:
+                newest[entry.name] = entry
+        found = [entry for entry in newest.values() if message in entry.provides]
         return sorted(found, key=lambda entry: (entry.incarnation in self._suspects, entry.name))
 
     def has_provider(self, message: str) -> bool:
