@@ -20,11 +20,12 @@ from rogue.effects import (
     Tell,
 )
 from rogue.messages import DeliveryRequest, RequestState
-from tca_bus import Broadcast, Message
+from tca_bus import Broadcast, Message, NoHandlerError
 from tca_bus.testing import ManualClock
 from xavier_sim.messages import Ask, Say
 
-PLACES = {"r-5303": (567.0, 2316.5), "r-5305": (567.0, 2676.2), "r-5313": (567.0, 4115.0)}
+PLACES = {f"r-53{number:02d}": (567.0, 1777.0 + 179.83 * number) for number in range(1, 16, 2)}
+PLACES |= {"r-5303": (567.0, 2316.5), "r-5313": (567.0, 4115.0)}
 
 NO_ANSWER = Outcome(failure="no_answer", text="nobody answered within 60 s")
 
@@ -133,6 +134,9 @@ class FakeModule:
 
     def start(self, coroutine: Coroutine[object, object, object], *, name: str) -> None:
         self.tasks.append(asyncio.create_task(coroutine, name=name))
+
+    async def query(self, message: Message) -> object:
+        raise NoHandlerError(message.wire_name)
 
     async def ask(self, message: Message) -> object:
         """What a handler of this module answers."""

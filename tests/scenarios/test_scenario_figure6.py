@@ -9,7 +9,7 @@ import pytest
 
 pytestmark = [pytest.mark.scenario, pytest.mark.process, pytest.mark.timeout(120)]
 
-FIGURE_6 = Path(__file__).with_name("figure6.txt")
+FIGURE_6 = Path(__file__).parents[1] / "rogue" / "figure6.txt"
 COORDINATES = re.compile(r"MAPLOCDATA (\d+\.\d)d0 (\d+\.\d)d0")
 MESSAGE = re.compile(r'(Message from interface: "mitchell" "delivermail") "[^"]+" "[^"]+" (.*)')
 LAST_LINE = re.compile(

@@ -1,0 +1,182 @@
+"""Whole runs of the planner against a robot that answers at once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from rogue_fakes import PLACES, FakeModule, ScriptedRobot, failed, make_request, typed
+
+from navigate.messages import NavigateToGoal
+from rogue import trace
+from rogue.book import RequestBook
+from rogue.conversation import Conversation
+from rogue.directory import load_directory
+from rogue.distances import Distances
+from rogue.effects import Outcome, TaskOfRobot
+from rogue.episode import Episode
+from rogue.execution import Executor
+from rogue.messages import DeliveryRequest, RequestState
+from rogue.planning import Rules
+from rogue.procedures import Patience
+from rogue.steps import StepRunner
+from rogue.store import Store
+
+HERE = Path(__file__).parent
+FAX = {"user": "jhm", "item": "deliverfax", "pickup": "r-5311", "rank": 8}
+NODE_LINE = re.compile(r" *\d+ +n\d+ |Achieved")
+
+
+@dataclass
+class EventfulRobot(ScriptedRobot):
+    """A robot during whose drives things happen: ``events`` by the number of the drive."""
+
+    events: dict[int, Callable[[], object]] = field(default_factory=dict)
+
+    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+        if isinstance(message, NavigateToGoal):
+            event = self.events.pop(self.count(NavigateToGoal), None)
+            if event is not None:
+                await event()
+        return await super().perform(task_id, message)
+
+
+@dataclass
+class Scene:
+    store: Store
+    book: RequestBook
+    robot: EventfulRobot
+    episode: Callable[[Rules], Episode]
+
+    async def play(self, rules: Rules, *requests: DeliveryRequest) -> list[str]:
+        """Run episodes until nothing is open; gives the lines."""
+        for request in requests:
+            await self.book.add(request, None)
+        while self.book.open_requests():
+            await self.episode(rules).run()
+        return [line.text for line in await self.store.lines(0, 10_000)]
+
+    async def states(self) -> dict[str, str]:
+        return {r.id: r.state.value for r in await self.store.requests()}
+
+
+@pytest.fixture
+async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
+    async with Store(tmp_path) as store:
+        module, robot, directory = FakeModule(), EventfulRobot(), load_directory()
+        book = RequestBook(module, store, directory)
+        conversation = Conversation(module, store)
+        executor = Executor(
+            module=module,
+            store=store,
+            book=book,
+            directory=directory,
+            robot=robot,
+            runner=StepRunner(robot, store, "cafe", conversation.tell_step),
+            patience=Patience(),
+        )
+        book.on_change = executor.requests_changed
+
+        def episode(rules: Rules) -> Episode:
+            return Episode(
+                rules=rules,
+                locations={room: (x / 100, y / 100) for room, (x, y) in PLACES.items()},
+                directory=directory,
+                distances=Distances(module),
+                store=store,
+                book=book,
+                executor=executor,
+                conversation=conversation,
+            )
+
+        yield Scene(store, book, robot, episode)
+
+
+def nodes(lines: list[str]) -> list[str]:
+    return [line for line in lines if NODE_LINE.match(line)]
+
+
+async def test_the_conversation_of_figure_6(scene: Scene):
+    request = make_request()
+    lines = [trace.LISTENING, *await scene.play(Rules.NONE, request), trace.LISTENING]
+    said = "\n".join(lines) + "\n"
+    figure = (HERE / "figure6.txt").read_text()
+    figure = figure.replace("{posted}", trace.show_time(request.posted))
+    assert said == figure.replace("{deadline}", trace.show_deadline(request.deadline))
+
+
+async def test_the_nodes_of_figure_9(scene: Scene):
+    scene.robot.events[0] = lambda: scene.book.add(make_request("b", **FAX), None)
+    lines = await scene.play(Rules.Y1996, make_request())
+    assert nodes(lines) == (HERE / "figure9.txt").read_text().splitlines()
+
+
+@pytest.mark.parametrize("rules", list(Rules))
+async def test_all_rule_sets_bring_two_errands_to_their_end(scene: Scene, rules: Rules):
+    await scene.play(rules, make_request(), make_request("b", **FAX))
+    assert await scene.states() == {"a": "completed", "b": "completed"}
+    assert (await scene.store.facts()).tray == frozenset()
+
+
+async def test_after_a_failure_the_rest_goes_on(scene: Scene):
+    scene.robot.answers = [typed("y"), typed("i")]
+    lines = await scene.play(Rules.WORKING, make_request(), make_request("b", **FAX))
+    assert sorted((await scene.states()).values()) == ["completed", "failed"]
+    assert lines[-2:] == [trace.ACHIEVED, ""]
+    assert sum("impossible" in line and "Request" in line for line in lines) == 1
+
+
+async def test_a_failure_of_the_only_request_achieves_nothing(scene: Scene):
+    scene.robot.drives = [failed("door_blocked")] * 9
+    lines = await scene.play(Rules.WORKING, make_request())
+    assert await scene.states() == {"a": "failed"}
+    assert trace.ACHIEVED not in lines
+    assert scene.robot.count(NavigateToGoal) == Patience().blocked_tries
+
+
+async def test_a_cancellation_under_way_drops_the_goal(scene: Scene):
+    async def cancel() -> None:
+        request = scene.book.find("a")
+        assert request is not None
+        await scene.book.end(request, RequestState.CANCELED, "not needed")
+
+    scene.robot.events[1] = cancel
+    await scene.play(Rules.WORKING, make_request(), make_request("b", **FAX))
+    states = await scene.states()
+    assert states == {"a": "canceled", "b": "completed"}
+
+
+async def test_the_same_errand_again_is_done_again(scene: Scene):
+    scene.robot.events[1] = lambda: scene.book.add(make_request("again", pickup="r-5305"), None)
+    await scene.play(Rules.WORKING, make_request(), make_request("b", **FAX))
+    assert set((await scene.states()).values()) == {"completed"}
+    steps = [step.operator for step in await scene.store.steps_of("again")]
+    assert steps[0].startswith("goto-pickup-loc mitchell r-5305")
+    assert steps[-1] == "deliver-item r-5313 mitchell delivermail"
+
+
+async def test_what_is_on_the_tray_is_not_fetched_again(scene: Scene):
+    async def cancel() -> None:
+        request = scene.book.find("a")
+        assert request is not None
+        await scene.book.end(request, RequestState.CANCELED, "not needed")
+
+    scene.robot.events[1] = cancel
+    await scene.play(Rules.WORKING, make_request())
+    assert (await scene.store.facts()).tray == {("mitchell", "delivermail")}
+    await scene.play(Rules.WORKING, make_request("b"))
+    steps = [step.operator.split()[0] for step in await scene.store.steps_of("b")]
+    assert steps == ["goto-deliver-loc", "deliver-item"]
+
+
+async def test_a_wrong_arrival_is_planned_again_from_there(scene: Scene):
+    wrong = [typed("n"), typed("r-5305")] * 3
+    scene.robot.answers = wrong
+    lines = await scene.play(Rules.WORKING, make_request())
+    assert await scene.states() == {"a": "completed"}
+    assert any(line.endswith("warning: desired goal was not achieved") for line in lines)
+    steps = [(s.operator.split()[0], s.state) for s in await scene.store.steps_of("a")]
+    assert steps[:2] == [("goto-pickup-loc", "elsewhere"), ("goto-pickup-loc", "done")]
