@@ -33,11 +33,14 @@ from rogue.prodigy._events import (
     StepView,
 )
 from rogue.prodigy._instance import Instance
+from rogue.prodigy._load import load_domain, load_problem
 from rogue.prodigy._options import Mode, PollPoint, SearchOptions
+from rogue.prodigy._parse_domain import parse_domain
+from rogue.prodigy._parse_problem import parse_literal, parse_problem
 from rogue.prodigy._problem import Problem
 from rogue.prodigy._result import SearchResult, Status
 from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule, RuleSet
-from rogue.prodigy._search import Search
+from rogue.prodigy._search import Search, solve
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal, Value
 from rogue.prodigy._types import Objects
@@ -87,4 +90,10 @@ __all__ = [
     "StepView",
     "UnknownNameError",
     "Value",
+    "load_domain",
+    "load_problem",
+    "parse_domain",
+    "parse_literal",
+    "parse_problem",
+    "solve",
 ]

@@ -53,6 +53,9 @@ class Operator:
     precondition: Expression
     effects: tuple[Effect, ...]
 
+    def __str__(self) -> str:
+        return self.name
+
 
 @dataclass(frozen=True)
 class Domain:

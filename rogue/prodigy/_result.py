@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from rogue.prodigy._terms import Literal
+
 if TYPE_CHECKING:
     from rogue.prodigy._events import StepView
 
@@ -31,9 +33,12 @@ class SearchResult:
         status: One of the four.
         plan: The applied operators in order; for a search that executes, the executed ones.
         nodes: Nodes made.
-        seconds: Time taken on the search's clock, executions included.
+        seconds: Time spent searching on the search's clock; what the caller did between events,
+            executing among it, is not counted.
         trace: The printed lines.
         reason: In a sentence, why it ended so.
+        hopeless: For an unsolvable problem, goals that cannot be reached each by itself; empty
+            where only their combination is at fault.
     """
 
     status: Status
@@ -42,3 +47,4 @@ class SearchResult:
     seconds: float
     trace: tuple[str, ...]
     reason: str = ""
+    hopeless: tuple[Literal, ...] = ()

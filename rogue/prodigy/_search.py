@@ -1,25 +1,29 @@
-"""The search."""
+"""The search, driven by its caller."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from rogue.prodigy._events import Event, NodeView, StepView
+from rogue.prodigy._engine import Engine
+from rogue.prodigy._errors import SequenceError, UnknownNameError
+from rogue.prodigy._events import Decided, Event, NodeView, StepView
 from rogue.prodigy._options import SearchOptions
-from rogue.prodigy._problem import Problem
+from rogue.prodigy._problem import Problem, check_literal
 from rogue.prodigy._result import SearchResult
 from rogue.prodigy._rules import RuleSet
 from rogue.prodigy._state import State
+from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
+from rogue.prodigy._types import Objects
 
 
 class Search:
     """One search, driven by its caller one event at a time.
 
     ``step`` goes on to the next event. At an ``Execute`` event the caller performs the action and
-    calls ``executed``; at any time, but with effect at the next poll, it may change goals,
-    objects and facts (with ``PollPoint.BEFORE_EXPANSION`` changes made during an execution show
-    in the lists at once)::
+    calls ``executed``. Goals, objects and facts may be changed at any time; a change takes
+    effect at the next poll, or at once at a ``Poll`` event, and with
+    ``PollPoint.BEFORE_EXPANSION`` also at once while an action is executing::
 
         search = Search(problem, options, rules)
         while (event := search.step()) is not None:
@@ -45,19 +49,33 @@ class Search:
         options: SearchOptions | None = None,
         rules: RuleSet | None = None,
     ) -> None:
-        raise NotImplementedError
+        self.problem = problem
+        self.options = options or SearchOptions()
+        known = problem.domain.rules or RuleSet()
+        self._engine = Engine(problem, self.options, known + (rules or RuleSet()))
+        self._events = self._engine.run()
 
     def step(self) -> Event | None:
         """Go on to the next event; None when the search has ended (``Finished`` was last).
 
         Raises:
             SequenceError: If an action is executing and its outcome was not given.
+            FunctionError: If a function of the domain raises.
         """
-        raise NotImplementedError
+        if self._engine.awaiting is not None:
+            step = self._engine.awaiting.step()
+            raise SequenceError(f"{step} is executing: give its outcome with executed() first")
+        began = self.options.clock()
+        self._engine.resumed_at = began
+        try:
+            return next(self._events, None)
+        finally:
+            self._engine.seconds += self.options.clock() - began
 
     def events(self) -> Iterator[Event]:
         """Yield the events to the end; the caller answers each before asking for the next."""
-        raise NotImplementedError
+        while (event := self.step()) is not None:
+            yield event
 
     def executed(
         self,
@@ -71,74 +89,140 @@ class Search:
         all the changes that the action made, instead of the predicted ones: a robot that ended
         up in r-5305 gives ``added=[(robot-in-room r-5305)], deleted=[(robot-in-room r-5301)]``,
         an action without any effect ``added=[], deleted=[]``.
+
+        Raises:
+            SequenceError: If no action is executing.
+            UnknownNameError: For an unknown predicate or object.
+            LiteralError: For a wrong number of arguments.
         """
-        raise NotImplementedError
+        if self._engine.awaiting is None:
+            raise SequenceError("no action is executing")
+        as_predicted = added is None and deleted is None
+        facts = self._checked(added or ()), self._checked(deleted or ())
+        self._engine.report(None if as_predicted else facts)
 
     def add_goal(self, facts: Iterable[Literal], goal: Literal) -> None:
         """Add a goal, and facts that come with it.
+
+        A goal that is true already is no work: retract it first (``retract_facts``) where it is
+        left over from an earlier time.
 
         Raises:
             UnknownNameError: For an unknown predicate or object (see ``add_object``).
             LiteralError: For a wrong number of arguments.
         """
-        raise NotImplementedError
+        facts = self._checked(facts)
+        self._checked([goal])
+        self._engine.change(added=facts, goals=(goal,))
 
     def remove_goal(self, goal: Literal, facts: Iterable[Literal] = ()) -> None:
-        """Drop a goal and retract ``facts`` that came with it; UnknownNameError if not a goal."""
-        raise NotImplementedError
+        """Drop a goal and retract ``facts`` that came with it.
+
+        Raises:
+            UnknownNameError: If it is not a goal now.
+        """
+        if goal not in self._engine.goals_to_be():
+            raise UnknownNameError("goal", str(goal), map(str, self._engine.goals_to_be()))
+        self._engine.change(deleted=self._checked(facts), dropped=(goal,))
 
     def assert_facts(self, *facts: Literal) -> None:
-        """Take in that others made ``facts`` true."""
-        raise NotImplementedError
+        """Take in that others made ``facts`` true; errors as ``add_goal``."""
+        self._engine.change(added=self._checked(facts))
 
     def retract_facts(self, *facts: Literal) -> None:
-        """Take in that others made ``facts`` false."""
-        raise NotImplementedError
+        """Take in that others made ``facts`` false; errors as ``add_goal``."""
+        self._engine.change(deleted=self._checked(facts))
 
     def add_object(self, name: str, kind: str) -> None:
         """Add an object of type ``kind``; takes effect at once. UnknownNameError for the type."""
-        raise NotImplementedError
+        self._engine.tree.objects = self._engine.tree.objects.with_object(name, kind)
 
     def stop(self, reason: str = "stopped by the caller") -> None:
-        """End the search at the next step with status ``stopped``."""
-        raise NotImplementedError
+        """End the search at the next step with status ``stopped``.
+
+        An action that is executing needs no outcome then.
+        """
+        self._engine.stopped = reason
+        self._engine.awaiting = None
+
+    def _checked(self, literals: Iterable[Literal]) -> tuple[Literal, ...]:
+        literals = tuple(literals)
+        for literal in literals:
+            check_literal(literal, self.problem.domain, self._engine.tree.objects)
+        return literals
 
     @property
     def state(self) -> State:
-        """The world as the search believes it to be at the current node."""
-        raise NotImplementedError
+        """The world as the search believes it to be; before an action's changes while it runs."""
+        return self._engine.current().state
+
+    @property
+    def objects(self) -> Objects:
+        """The objects of the problem and those added since."""
+        return self._engine.tree.objects
 
     @property
     def goals(self) -> tuple[Literal, ...]:
         """The goals of the problem now, in the order in which they came."""
-        raise NotImplementedError
+        return self._engine.goals()
 
     @property
     def trace(self) -> tuple[str, ...]:
         """The lines printed so far."""
-        raise NotImplementedError
+        return tuple(self._engine.trace.lines)
+
+    @property
+    def decisions(self) -> tuple[Decided, ...]:
+        """Every decision so far, with its alternatives and the rule that decided it."""
+        return tuple(self._engine.decided)
 
     @property
     def result(self) -> SearchResult | None:
         """The outcome, once finished."""
-        raise NotImplementedError
+        return self._engine.result
 
     def pending_goals(self) -> tuple[Literal, ...]:
         """Return PG: goals needed, false, and not yet worked on; newest operator's first."""
-        raise NotImplementedError
+        tail = self._tail()
+        return tuple(tail.pending()) if tail else ()
 
     def applicable_operators(self) -> tuple[StepView, ...]:
         """Return Applicable-Ops: by top-level goal in order of arrival, then newest first."""
-        raise NotImplementedError
+        tail = self._tail()
+        return tuple(n.step() for n in tail.by_top_level_goal(tail.ready())) if tail else ()
 
     def executed_operators(self) -> tuple[StepView, ...]:
         """Return Executed-Ops in order; without execution, the operators applied on this path."""
-        raise NotImplementedError
+        return self._engine.plan()
 
     def pending_operators(self) -> tuple[StepView, ...]:
         """Return the chosen operators that are still to be applied, oldest first."""
-        raise NotImplementedError
+        return tuple(n.step() for n in self._engine.current().tail if not n.is_finish())
 
     def nodes(self) -> tuple[NodeView, ...]:
         """Return all nodes made so far, by number."""
-        raise NotImplementedError
+        return tuple(node.view() for node in self._engine.tree.nodes)
+
+    def _tail(self) -> Tail | None:
+        situation = self._engine.current()
+        return Tail(situation, self._engine.tree.needs) if situation.tail else None
+
+
+def solve(
+    problem: Problem,
+    options: SearchOptions | None = None,
+    rules: RuleSet | None = None,
+) -> SearchResult:
+    """Search to the end and return the outcome; nothing is executed.
+
+    Raises:
+        SequenceError: If ``options`` ask for execution, which needs a caller that executes.
+        FunctionError: If a function of the domain raises.
+    """
+    if options is not None and options.execute:
+        raise SequenceError("solve() does not execute: drive a Search instead")
+    search = Search(problem, options, rules)
+    for _ in search.events():
+        pass
+    assert search.result is not None
+    return search.result

@@ -57,10 +57,14 @@ class State:
             after = (before - drop.get(predicate, _NONE)) | gain.get(predicate, _NONE)
             fingerprint ^= _mix(predicate, before ^ after)
             facts[predicate] = frozenset(after)
-        state = State.__new__(State)
-        state._facts = {p: t for p, t in facts.items() if t}
-        state._fingerprint = fingerprint
-        return state
+        return State._of({p: t for p, t in facts.items() if t}, fingerprint)
+
+    @classmethod
+    def _of(cls, facts: Mapping[str, Tuples], fingerprint: int) -> State:
+        self = cls.__new__(cls)
+        self._facts = facts
+        self._fingerprint = fingerprint
+        return self
 
     def difference(self, other: State) -> Iterator[Literal]:
         """Yield, as positive literals, the facts whose truth is not the same in ``other``."""

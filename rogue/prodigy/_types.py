@@ -53,12 +53,19 @@ class TypeSpec:
 class Objects:
     """The objects of a problem by type, in the order of their declaration; immutable."""
 
-    __slots__ = ("_cache", "tree", "types_of")
+    __slots__ = ("_cache", "_positions", "tree", "types_of")
 
     def __init__(self, tree: TypeTree, types_of: Mapping[str, str]) -> None:
         self.tree = tree
         self.types_of = types_of
         self._cache: dict[TypeSpec, tuple[str, ...]] = {}
+        self._positions = {name: at for at, name in enumerate(types_of)}
+
+    def position(self, value: Value) -> tuple[float, str]:
+        """Return a key that sorts objects as declared, after the numbers in their order."""
+        if isinstance(value, str):
+            return (float(self._positions.get(value, len(self._positions))), value)
+        return (float("-inf"), f"{value:+030.9f}")
 
     def __contains__(self, name: Value) -> bool:
         return name in self.types_of

@@ -34,5 +34,11 @@ class SearchView(Protocol):
     def top_level_goals(self, candidate: Literal | Instance) -> tuple[Literal, ...]:
         """Return the goals of the problem that ``candidate`` serves in the end."""
 
+    def pending_goals(self) -> tuple[Literal, ...]:
+        """Return the goals needed, false and not yet worked on, before any rule."""
+
+    def ready(self) -> tuple[Instance, ...]:
+        """Return the operators that could be applied, newest first, before any rule."""
+
     def tail(self) -> tuple[Instance, ...]:
         """Return the chosen and not yet applied operators of this path, oldest first."""

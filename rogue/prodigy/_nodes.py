@@ -1,0 +1,114 @@
+"""Nodes of the search tree, and the situation that each stands in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rogue.prodigy._domain import Operator
+from rogue.prodigy._events import NodeKind, NodeView, StepView
+from rogue.prodigy._instance import Instance
+from rogue.prodigy._instances import FINISH
+from rogue.prodigy._state import State
+from rogue.prodigy._terms import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What is so at a node; never changed in place, so backtracking needs no undoing.
+
+    Attributes:
+        state: The simulated world.
+        expanded: Goals being worked on, with the goal node of each. A literal leaves it when its
+            truth changes.
+        tail: Binding nodes chosen and not yet applied, oldest first; the first is *finish*.
+    """
+
+    state: State
+    expanded: Mapping[Literal, Node]
+    tail: tuple[Node, ...]
+
+
+@dataclass(slots=True, eq=False)
+class Node:
+    """A node of the search tree.
+
+    Attributes:
+        number: In order of making, from 1.
+        kind: What it decides.
+        parent: None for a root.
+        depth: In the search tree, from 1.
+        level: In the goal tree, from 0.
+        situation: What is so after this node.
+        goal: The goal of a goal node, or the one that an operator serves.
+        operator: Set for all but goal nodes and roots.
+        instance: Set for binding and applied nodes.
+        goal_node: For operator and binding nodes, the goal node above.
+        binding: For applied nodes, the binding node applied.
+        needed_by: For goal nodes, the binding nodes that need the goal, newest first.
+        alternatives: How many other candidates the choice had left when this was made.
+        operators: Candidates still to be tried, of a goal node.
+        instances: Candidates still to be tried, of an operator node.
+        tried: Goals and binding nodes already taken at a binding or applied node.
+        only_apply: The other goals here were given up, as SABA does.
+        structural: It failed for reasons that no other order of steps changes.
+    """
+
+    number: int
+    kind: NodeKind
+    parent: Node | None
+    depth: int
+    level: int
+    situation: Situation
+    goal: Literal | None = None
+    operator: Operator | None = None
+    instance: Instance | None = None
+    goal_node: Node | None = None
+    binding: Node | None = None
+    needed_by: tuple[Node, ...] = ()
+    alternatives: int = 0
+    operators: list[Operator] | None = None
+    instances: list[Instance] | None = None
+    tried: set[object] = field(default_factory=set)
+    children: list[Node] = field(default_factory=list)
+    only_apply: bool = False
+    structural: bool = False
+    closed: bool = False
+    visited: bool = False
+    executed: bool = False
+    failure: str = ""
+
+    def text(self) -> str:
+        """Return what is printed behind the number."""
+        if self.kind is NodeKind.GOAL:
+            return str(self.goal)
+        if self.instance is not None:
+            shown = str(self.instance)
+            return shown.upper() if self.kind is NodeKind.APPLIED else shown
+        return self.operator.name if self.operator else "root"
+
+    def is_finish(self) -> bool:
+        """Say whether this is a binding of *finish*."""
+        return self.instance is not None and self.instance.name == FINISH
+
+    def view(self) -> NodeView:
+        """Return the node as a frozen value."""
+        return NodeView(
+            self.number,
+            self.kind,
+            self.text(),
+            self.depth,
+            self.level,
+            self.parent.number if self.parent else 0,
+            self.goal,
+            self.operator.name if self.operator else "",
+            self.instance.args if self.instance else (),
+            self.failure,
+            self.executed,
+        )
+
+    def step(self) -> StepView:
+        """Return the instance of a binding or applied node as a step of a plan."""
+        assert self.instance is not None
+        bindings = tuple(sorted(self.instance.bindings.items()))
+        return StepView(self.number, self.instance.name, self.instance.args, bindings)

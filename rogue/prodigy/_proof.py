@@ -1,0 +1,133 @@
+"""Proofs that there is no plan."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from rogue.prodigy._domain import Operator
+from rogue.prodigy._effects import changes
+from rogue.prodigy._functions import GEN_FROM_PRED
+from rogue.prodigy._grounding import World
+from rogue.prodigy._instance import Instance
+from rogue.prodigy._instances import all_instances
+from rogue.prodigy._state import State
+from rogue.prodigy._terms import Literal
+
+MOST_INSTANCES = 20_000
+
+Goals = tuple[Literal, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """Whether it is proved that there is no plan.
+
+    Attributes:
+        is_proved: True only if there is none.
+        reason: How it was proved, or why not.
+        hopeless: Goals that cannot be reached each by itself.
+    """
+
+    is_proved: bool
+    reason: str
+    hopeless: Goals = ()
+
+
+class _OutOfBudget(Exception):
+    """Too much to look at."""
+
+
+def prove_unsolvable(world: World, alternatives: Iterable[Goals], states: int) -> Proof:
+    """Try to prove that no plan reaches any of the alternative sets of goals.
+
+    First with deletions and additions ignored as obstacles, which is quick and can name the
+    goals to blame; then by looking at every state that can be reached, up to ``states``.
+    """
+    goal_sets = list(alternatives)
+    if not goal_sets:
+        return Proof(True, "no values for the variables of the goal")
+    try:
+        missed = _relaxed(world, goal_sets)
+    except _OutOfBudget:
+        missed = []
+    if missed and all(missed):
+        hopeless = tuple(dict.fromkeys(goal for goals in missed for goal in goals))
+        named = ", ".join(map(str, hopeless))
+        return Proof(True, f"proved unsolvable: nothing can bring about {named}", hopeless)
+    return _exhaustive(world, goal_sets, states)
+
+
+def _relaxed(world: World, goal_sets: list[Goals]) -> list[Goals]:
+    """Return, for each set of goals, those that stay out of reach even without obstacles."""
+    start, reached, undone = world.state, world.state, set[Literal]()
+    size = -1
+    while size != (size := sum(1 for _ in reached.facts()) + len(undone)):
+        now = World(world.domain, world.objects, reached)
+        for instance in _ground(world.domain.operators, now):
+            if all(_reachable(p, start, reached, undone) for p in instance.preconditions):
+                added, deleted = _possible_effects(instance, now)
+                reached = reached.changed(added)
+                undone.update(deleted)
+    return [
+        tuple(g for g in goals if not _reachable(g, start, reached, undone)) for goals in goal_sets
+    ]
+
+
+def _reachable(literal: Literal, start: State, reached: State, undone: set[Literal]) -> bool:
+    if literal.positive:
+        return reached.holds(literal)
+    return start.holds(literal) or literal.negated() in undone
+
+
+def _possible_effects(instance: Instance, world: World) -> tuple[list[Literal], list[Literal]]:
+    added: list[Literal] = []
+    deleted: list[Literal] = []
+    for effect in instance.operator.effects:
+        for case in world.combinations(effect.variables, instance.bindings):
+            (added if effect.adds else deleted).append(effect.atom.ground(case))
+    return added, deleted
+
+
+def _ground(operators: Iterable[Operator], world: World) -> Iterator[Instance]:
+    made = 0
+    for operator in operators:
+        for instance in all_instances(operator, world):
+            made += 1
+            if made > MOST_INSTANCES:
+                raise _OutOfBudget
+            yield instance
+
+
+def _exhaustive(world: World, goal_sets: list[Goals], states: int) -> Proof:
+    gave_up = "gave up: the search has no alternatives left, which proves nothing"
+    try:
+        fixed = list(_ground([o for o in world.domain.operators if not _varies(o)], world))
+        varying = [o for o in world.domain.operators if _varies(o)]
+        seen = {world.state}
+        agenda = deque(seen)
+        while agenda:
+            now = World(world.domain, world.objects, agenda.popleft())
+            if any(all(map(now.state.holds, goals)) for goals in goal_sets):
+                return Proof(False, f"{gave_up}; there is a plan")
+            for state in _successors(now, [*fixed, *_ground(varying, now)]):
+                if state not in seen:
+                    seen.add(state)
+                    agenda.append(state)
+            if len(seen) > states:
+                return Proof(False, gave_up)
+    except _OutOfBudget:
+        return Proof(False, gave_up)
+    return Proof(True, f"proved unsolvable: none of the {len(seen)} states in reach has the goals")
+
+
+def _varies(operator: Operator) -> bool:
+    return any(call.function == GEN_FROM_PRED for v in operator.variables for call in v.calls)
+
+
+def _successors(world: World, instances: Iterable[Instance]) -> Iterator[State]:
+    for instance in instances:
+        if all(map(world.state.holds, instance.preconditions)):
+            made = changes(instance, world)
+            yield world.state.changed(made.added, made.deleted)
