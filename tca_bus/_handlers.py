@@ -44,6 +44,7 @@ class Handler:
             summary=summary(kind),
             message_schema=kind.model_json_schema(),
             reply_schema=answer_adapter(kind).json_schema() if answered else None,
+            capacity=self.capacity,
         )
 
 

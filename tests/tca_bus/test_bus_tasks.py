@@ -1,0 +1,233 @@
+"""Goals and commands through the real central."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+from bus_victim import Retoil, Toil
+from pydantic import BaseModel
+
+from tca_bus import (
+    BusOptions,
+    Command,
+    Constraint,
+    Goal,
+    InvalidMessageError,
+    KilledError,
+    Module,
+    NoHandlerError,
+    RefusedError,
+    Router,
+    TaskError,
+    TaskFailedError,
+    TaskState,
+    TimedOutError,
+)
+from tca_bus._central import Central
+from tca_bus.testing import bus, eventually
+
+pytestmark = pytest.mark.bus
+
+VICTIM = Path(__file__).with_name("bus_victim.py")
+
+
+class Parcel(BaseModel):
+    weight: float
+
+
+class Carry(Command[Parcel]):
+    weight: float
+
+
+class Deliver(Goal[str]):
+    weights: list[float]
+
+
+def porter(options, gate=None):
+    """Carries what is not too heavy; with a gate it waits there."""
+    module = Module("porter", options=options)
+    seen: list[str] = []
+
+    @module.handler(Carry)
+    async def carry(message, context):
+        seen.append(context.id)
+        if gate is not None:
+            await gate.wait()
+        if message.weight > 10:
+            raise TaskError("too_heavy", "it is too heavy", data=Parcel(weight=message.weight))
+        return Parcel(weight=message.weight)
+
+    @module.handler(Deliver)
+    async def deliver(message, context):
+        told = []
+        for number, weight in enumerate(message.weights):
+            child = await context.execute(Carry(weight=weight), id=f"{context.id}.{number}")
+            try:
+                told.append(str((await child.result()).weight))
+            except TaskFailedError as error:
+                told.append(error.failure.name)
+        return " ".join(told)
+
+    return module, seen
+
+
+@asynccontextmanager
+async def office(gate=None, data=None):
+    async with bus() as options, Central(options, data=data):
+        module, seen = porter(options, gate)
+        async with module, Module("boss", options=options) as boss:
+            await boss.wait_for(Carry, Deliver, timeout=10.0)
+            yield options, boss, seen
+
+
+async def test_a_command_gives_the_result_that_it_names():
+    async with office() as (_, boss, _):
+        handle = await boss.execute(Carry(weight=2.5))
+        assert await handle.result(timeout=10.0) == Parcel(weight=2.5)
+        assert handle.status.state == TaskState.ACHIEVED
+        assert handle.status.handler == "porter"
+        plain = await boss.submit_json("carry", {"weight": 1}, task_class="command")
+        assert await plain.result(timeout=10.0) == {"weight": 1.0}
+
+
+async def test_a_failure_crosses_with_name_text_data_and_node():
+    async with office() as (_, boss, _):
+        handle = await boss.execute(Carry(weight=99.0))
+        with pytest.raises(TaskFailedError) as caught:
+            await handle.result(timeout=10.0)
+        failure = caught.value.failure
+        assert (failure.name, failure.data) == ("too_heavy", {"weight": 99.0})
+        assert (failure.node, failure.module) == (handle.id, "porter")
+
+
+async def test_a_goals_handler_makes_children_and_may_cope_with_their_failures():
+    async with office() as (_, boss, seen):
+        handle = await boss.expand(Deliver(weights=[1.0, 99.0, 2.0]), id="round")
+        assert await handle.result(timeout=10.0) == "1.0 too_heavy 2.0"
+        assert seen == ["round.0", "round.1", "round.2"]
+
+
+async def test_the_same_id_is_the_same_node_also_after_it_ended():
+    async with office() as (options, boss, seen):
+        first = await boss.execute(Carry(weight=1.0), id="once")
+        second = await boss.execute(Carry(weight=1.0), id="once")
+        assert await first.result(timeout=10.0) == await second.result(timeout=10.0)
+        third = await boss.execute(Carry(weight=1.0), id="once")
+        assert await third.result(timeout=10.0) == Parcel(weight=1.0)
+        assert seen == ["once"]
+        with pytest.raises(RefusedError):
+            await boss.execute(Carry(weight=2.0), id="once")
+
+
+async def test_a_killed_task_ends_its_handler_and_raises_killed():
+    async with office(asyncio.Event()) as (_, boss, seen):
+        handle = await boss.execute(Carry(weight=1.0))
+        await eventually(lambda: seen)
+        await handle.kill("no longer wanted")
+        with pytest.raises(KilledError, match="no longer wanted"):
+            await handle.result(timeout=10.0)
+
+
+async def test_what_cannot_be_is_refused_when_it_is_sent():
+    async with office() as (_, boss, _):
+        with pytest.raises(NoHandlerError, match="Did you mean 'carry'"):
+            await boss.submit_json("cary", {}, task_class="command")
+        with pytest.raises(InvalidMessageError, match="id"):
+            await boss.execute(Carry(weight=1.0), id="two words")
+        unfit = await boss.submit_json("carry", {"weight": "much"}, task_class="command")
+        with pytest.raises(TaskFailedError, match="weight: input should be a valid number"):
+            await unfit.result(timeout=10.0)
+
+
+async def test_a_result_that_does_not_come_in_time_is_a_timeout_and_may_be_awaited_again():
+    gate = asyncio.Event()
+    async with office(gate) as (_, boss, _):
+        handle = await boss.execute(Carry(weight=1.0))
+        with pytest.raises(TimedOutError):
+            await handle.result(timeout=0.05)
+        gate.set()
+        assert await handle.result(timeout=10.0) == Parcel(weight=1.0)
+
+
+async def test_without_central_sending_says_so(monkeypatch):
+    monkeypatch.setattr("tca_bus._tasks.UNSEEN_GRACE", 0.2)
+    async with bus() as options, Module("boss", options=options) as boss:
+        with pytest.raises(NoHandlerError, match="central"):
+            await boss.execute(Carry(weight=1.0))
+
+
+async def test_a_task_lives_through_a_restart_of_central(tmp_path):
+    gate = asyncio.Event()
+    async with bus() as options:
+        module, seen = porter(options, gate)
+        async with module, Module("boss", options=options) as boss:
+            async with Central(options, data=tmp_path):
+                await boss.wait_for(Carry, "tca.submit", timeout=10.0)
+                handle = await boss.execute(Carry(weight=1.0))
+                await eventually(lambda: seen)
+            gate.set()
+            waiting = asyncio.create_task(handle.result(timeout=30.0))
+            async with Central(options, data=tmp_path):
+                assert await waiting == Parcel(weight=1.0)
+        assert len(seen) == 1
+
+
+async def test_a_task_lives_through_a_restart_of_the_router():
+    router = Router("tcp/127.0.0.1:0")
+    await router.__aenter__()
+    try:
+        options = BusOptions(connect=router.endpoint)
+        gate = asyncio.Event()
+        module, seen = porter(options, gate)
+        async with Central(options), module, Module("boss", options=options) as boss:
+            await boss.wait_for(Carry, timeout=10.0)
+            handle = await boss.execute(Carry(weight=1.0))
+            waiting = asyncio.create_task(handle.result(timeout=30.0))
+            await eventually(lambda: seen)
+            await router.__aexit__(None, None, None)
+            await eventually(lambda: not boss.is_connected)
+            gate.set()
+            router = Router(options.connect)
+            await router.__aenter__()
+            assert await waiting == Parcel(weight=1.0)
+            assert len(seen) == 1
+    finally:
+        await router.__aexit__(None, None, None)
+
+
+@asynccontextmanager
+async def victim(options):
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, str(VICTIM), options.connect, options.realm
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
+
+
+async def test_a_task_whose_module_is_killed_fails_or_goes_to_the_next():
+    async with bus() as options, Central(options), Module("boss", options=options) as boss:
+        async with victim(options) as process:
+            await boss.wait_for(Toil, timeout=20.0)
+            lost = await boss.execute(Toil())
+            again = await boss.execute(Retoil(), constraints=Constraint.NONE)
+            await eventually(lambda: lost.status.state == again.status.state == TaskState.ACTIVE)
+            process.kill()
+            with pytest.raises(TaskFailedError) as caught:
+                await lost.result(timeout=10.0)
+            assert caught.value.failure.name == "module_lost"
+        relief = Module("relief", options=options)
+
+        @relief.handler(Retoil)
+        async def toil(message, context):
+            return context.attempt
+
+        async with relief:
+            assert await again.result(timeout=10.0) == 2
