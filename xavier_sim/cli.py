@@ -92,7 +92,8 @@ async def speech(
         habits = People(seed=_seed(seed), silence=silence)
         await module.run(SimulatedPeople(module.module, habits))
         return
-    async with Keyboard(sys.stdin, sys.stdout) as keyboard:
+    # A file of its own: the interpreter cannot end while a thread holds the lock of sys.stdin.
+    async with Keyboard(os.fdopen(os.dup(0)), sys.stdout) as keyboard:
         await module.run(Typist(module.module, keyboard))
 
 
@@ -108,7 +109,6 @@ async def door(
         flags: Where the bus is.
     """
     async with Module(_client_name(), options=bus_options(flags)) as module:
-        await module.wait_for(WorldDoors, timeout=module.options.connect_timeout)
         rooms = [state.room for state in await module.query(WorldDoors())]
         if room.lower() not in rooms and not room.startswith("d-"):
             raise UnknownDoorError(room, rooms)
@@ -120,7 +120,6 @@ async def door(
 async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
     """Show where the robot really is."""
     async with Module(_client_name(), options=bus_options(flags)) as module:
-        await module.wait_for(WhereReally, timeout=module.options.connect_timeout)
         truth = await module.query(WhereReally())
     if flags.json:
         emit_json(truth)

@@ -7,6 +7,7 @@ import itertools
 import pytest
 
 from tca_bus import ConfigError
+from xavier_sim.cli import open_world
 from xavier_sim.driver import SILENCE, STOP, Driver
 from xavier_sim.floor import load_floor
 from xavier_sim.messages import Drive
@@ -231,3 +232,28 @@ def test_snapshot_of_another_floor_is_a_clear_error(tmp_path):
 def test_snapshot_leaves_no_partial_file(tmp_path):
     SnapshotFile(tmp_path).save(RobotState(World(PLAN), SimClock(0.0), speed=None).saved())
     assert [path.name for path in tmp_path.iterdir()] == ["xavier.json"]
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        ({"speed": "fast"}, "--speed is 'fast', expected a number above 0, or max"),
+        ({"seed": -1}, "--seed is -1, expected 0 or more"),
+        ({"epoch": "noon"}, "--epoch is 'noon', expected an ISO 8601 time"),
+    ],
+)
+def test_bad_flags(flags, says):
+    wanted = {"floor": "wean5", "seed": 0, "speed": "1", "data": None, "epoch": None, **flags}
+    with pytest.raises(ConfigError, match=says):
+        open_world(**wanted)
+
+
+def test_world_is_opened_where_it_was_left(tmp_path):
+    wanted = {"floor": "wean5", "seed": 4, "speed": "max", "data": tmp_path}
+    state, store = open_world(**wanted, epoch="1997-06-02T09:00+00:00")
+    assert state.now == 865242000.0
+    state.world.step(0.5, 0.0)
+    store.save(state.saved())
+    again, _ = open_world(**wanted, epoch="1997-06-02T09:00+00:00")
+    assert again.now > state.now
+    assert again.world.truth().metres == state.world.truth().metres

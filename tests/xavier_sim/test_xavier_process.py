@@ -1,0 +1,125 @@
+"""The processes of the robot, spawned and killed as a user does it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from contextlib import asynccontextmanager
+
+import pytest
+
+from tca_bus import Module
+from tca_bus.testing import bus, eventually
+from xavier_sim.floor import load_floor
+from xavier_sim.messages import Ask, Drive, Sensors, WhereReally
+
+pytestmark = pytest.mark.process
+
+PLAN = load_floor()
+
+
+def spawn(options, *words, **more):
+    flags = ["--connect", options.connect, "--realm", options.realm]
+    command = [sys.executable, "-m", "xavier_sim", *words, *flags]
+    return asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE, **more
+    )
+
+
+@asynccontextmanager
+async def process(options, *words, **more):
+    child = await spawn(options, *words, **more)
+    try:
+        yield child
+    finally:
+        if child.returncode is None:
+            child.send_signal(signal.SIGTERM)
+        await child.communicate()
+
+
+async def run(options, *words):
+    child = await spawn(options, *words)
+    out, err = await child.communicate()
+    return child.returncode, out.decode(), err.decode()
+
+
+async def test_killed_robot_goes_on_where_it_was(tmp_path):
+    arguments = ("run", "--speed", "max", "--seed", "3", "--data", str(tmp_path))
+    async with bus() as options, Module("navigate", options=options) as driver:
+        times = []
+
+        @driver.handler(Sensors)
+        async def drive(sensors, context):
+            times.append(sensors.time)
+            await driver.inform(Drive(tick=sensors.tick, speed=0.4, turn_rate=0.0, busy=True))
+
+        async with process(options, *arguments) as first:
+            await eventually(lambda: len(times) > 150)
+            assert (await driver.query(WhereReally())).metres > 3.0
+            first.kill()
+            await first.wait()
+        before, told = len(times), max(times)
+        async with process(options, *arguments):
+            await eventually(lambda: len(times) > before + 3)
+            assert times[before] > told
+            assert (await driver.query(WhereReally())).metres > 1.0
+
+
+async def test_commands_of_the_robot(tmp_path):
+    async with (
+        bus() as options,
+        Module("asker", options=options) as asker,
+        process(options, "run", "--seed", "1") as robot,
+    ):
+        await asker.wait_for(WhereReally, timeout=20)
+        code, out, _ = await run(options, "where", "--json")
+        assert code == 0
+        assert json.loads(out)["space"] == "foyer"
+        code, out, _ = await run(options, "door", "R-5303", "close", "--json")
+        assert (code, json.loads(out)) == (0, {"room": "r-5303", "open": False})
+        code, _, err = await run(options, "door", "r-53003", "close")
+        assert code == 2
+        assert "Did you mean 'r-5303'" in err
+        robot.send_signal(signal.SIGTERM)
+        await robot.wait()
+        assert robot.returncode == 0
+
+
+async def test_no_robot_there():
+    async with bus() as options:
+        code, _, err = await run(options, "where")
+        assert code == 3
+        assert "xavierTrueLocation" in err
+
+
+async def test_bad_flag_is_one_clear_line():
+    async with bus() as options:
+        code, _, err = await run(options, "run", "--map", "wean6")
+    assert code == 2
+    assert err.startswith("error: wean6: map is 'wean6', expected a floor plan file")
+    assert "Did you mean 'wean5'" in err
+
+
+async def test_survey_writes_a_map(tmp_path):
+    file = tmp_path / "map.yaml"
+    child = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "xavier_sim", "survey", "wean5", "--seed", "3", "-o", str(file))
+    )
+    assert await child.wait() == 0
+    assert load_floor(str(file)).places == PLAN.places
+
+
+async def test_keyboard_process_on_a_terminal():
+    master, slave = os.openpty()
+    async with bus() as options, Module("asker", options=options) as asker:
+        words = ("speech", "--people", "keyboard")
+        async with process(options, *words, stdin=slave) as speech:
+            await asker.wait_for(Ask, timeout=20)
+            speech.send_signal(signal.SIGTERM)
+            await speech.wait()
+            assert speech.returncode == 0
+    os.close(master)
+    os.close(slave)
