@@ -217,7 +217,9 @@ class Driver:
         elif isinstance(trouble, WayBlocked):
             self._memory.blocked(trouble.at, view.time)
         elif isinstance(trouble, Astray):
-            return (yield from _look_round(view))
+            view = yield from _look_round(view)
+            self._memory.forget_since(drive.began)
+            return view
         elif isinstance(trouble, Stuck):
             return (yield from turn_by(view, math.pi / 2))
         return (yield from wait(view, 0.5))

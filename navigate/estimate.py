@@ -55,7 +55,7 @@ MEMORY = 0.012
 
 LOST_AGREEMENT = 0.5
 LOST_DEVIATION = 1.2
-FOUND_AGREEMENT = 0.62
+FOUND_AGREEMENT = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +164,10 @@ class Estimator:
         self._weights = weights - weights.max()
         self._resample(np.exp(0.7 * self._weights))
         self._estimate = self._average()
-        self.agreement = float(self._agreeing(ranges[heard], BEARINGS[heard]).mean())
-        return self.agreement >= FOUND_AGREEMENT and self._estimate.deviation < LOST_DEVIATION
+        fits = float(self._agreeing(ranges[heard], BEARINGS[heard]).mean())
+        found = fits >= FOUND_AGREEMENT and self._estimate.deviation < LOST_DEVIATION
+        self.agreement = fits if found else 0.0
+        return found
 
     def _set_all(self, x: float, y: float, theta: float) -> None:
         self._x, self._y = np.full(self._count, x), np.full(self._count, y)

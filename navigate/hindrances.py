@@ -31,6 +31,11 @@ class Memory:
         """Remember that something stands in the way."""
         self._points[at] = now
 
+    def forget_since(self, when: float) -> None:
+        """Forget what was seen from ``when`` on: the robot was not where it believed to be."""
+        self._doors = {name: at for name, at in self._doors.items() if at < when}
+        self._points = {spot: at for spot, at in self._points.items() if at < when}
+
     def believed(self, now: float, *, age: float = REMEMBER) -> Hindrances:
         """What was seen within ``age`` seconds; what is older than `REMEMBER` is dropped."""
         self._doors = {name: at for name, at in self._doors.items() if now - at < REMEMBER}

@@ -12,7 +12,7 @@ from navigate.graph import CRUISE, Graph, Link, Node, Point, build_graph, straig
 from navigate.messages import Route
 from navigate.walls import Passage
 
-BLOCKED_BERTH = 0.6
+BLOCKED_BERTH = 0.9
 """Metres to keep a route from a point where something stood in the way."""
 
 
@@ -49,6 +49,13 @@ class Hindrances:
     def lie_between(self, one: Point, other: Point) -> bool:
         """Whether an occupied point lies on the straight way between two points."""
         return any(_off_segment(point, one, other) < BLOCKED_BERTH for point in self.points)
+
+    def lie_ahead(self, start: Point, other: Point) -> bool:
+        """The same for a robot at ``start``, which may be near such a point if it leaves it."""
+        return any(
+            _off_segment(point, start, other) < min(BLOCKED_BERTH, math.dist(point, start) - 0.05)
+            for point in self.points
+        )
 
 
 @dataclass
@@ -128,11 +135,11 @@ class Planner:
         door = self.floor.doorway_at(*start)
         begins = self.floor.space_nearest(*start)
         direct = door is None and begins.name == ends.name
-        if direct and not blocked.lie_between(start, goal):
+        if direct and not blocked.lie_ahead(start, goal):
             return [_step(start, goal, ends.name)]
         steps = self._search(start, goal, blocked, door)
         if not steps:
-            raise NoRouteError(goal, "every way there is blocked or closed off")
+            raise NoRouteError(goal, _why(blocked))
         return steps
 
     def _search(
@@ -161,9 +168,7 @@ class Planner:
     def _costs(self, point: Point, nodes: Iterable[int], blocked: Hindrances) -> dict[int, float]:
         spots = ((i, self.graph.nodes[i].at) for i in nodes)
         return {
-            i: straight(math.dist(point, at))
-            for i, at in spots
-            if not blocked.lie_between(point, at)
+            i: straight(math.dist(point, at)) for i, at in spots if not blocked.lie_ahead(point, at)
         }
 
     def _taken(self, at: Point, node: Node, link: Link | None, door: Passage | None) -> Step:
@@ -204,6 +209,14 @@ def side_of(door: Passage, at: Point) -> float:
 def within(floor: Floor, space: str, at: Point, *, margin: float = 0.0) -> bool:
     """Whether a point lies in a space by name, ``margin`` metres from its border."""
     return inset(floor.spaces[space], *at) >= margin
+
+
+def _why(blocked: Hindrances) -> str:
+    met = [f"door {name}" for name in sorted(blocked.doors)]
+    met += [f"({x:.1f}, {y:.1f})" for x, y in blocked.points]
+    if not met:
+        return "the floor is closed off there"
+    return f"every way there is blocked, as was seen lately at {', '.join(met)}"
 
 
 def _step(start: Point, goal: Point, space: str) -> Step:
