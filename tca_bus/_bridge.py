@@ -135,7 +135,8 @@ async def ask(
         async with asyncio.timeout(timeout):
             reply = await future
     finally:
-        token.cancel()
+        if not future.done() or future.cancelled():
+            token.cancel()
     return None if reply is None else _answer_of(reply)
 
 

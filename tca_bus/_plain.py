@@ -5,17 +5,13 @@ from __future__ import annotations
 import asyncio
 from typing import Any, Literal
 
-from pydantic import TypeAdapter
-
 from tca_bus._errors import BusGoneError, NoHandlerError
 from tca_bus._handle import TaskHandle
 from tca_bus._lifecycle import Lifecycle
 from tca_bus._messages import MessageClass
 from tca_bus._protocol import SubmitTask
 from tca_bus._tasks import new_task_id
-from tca_bus._wire import REPLY_SUFFIX, Payload, build, decode_plain, encode_json
-
-_ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
+from tca_bus._wire import ANYTHING, REPLY_SUFFIX, Payload, build, decode_plain, encode_json
 
 
 class PlainMessages(Lifecycle):
@@ -66,7 +62,7 @@ class PlainMessages(Lifecycle):
             wait_for_handler=wait_for_handler,
             on_module_lost=on_module_lost,
         )
-        return await self._parts.sender.submit(task, _ANYTHING, timeout=timeout)
+        return await self._parts.sender.submit(task, ANYTHING, timeout=timeout)
 
     async def _inform(self, name: str, payload: Payload) -> None:
         parts = self._parts

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-VANISH_GRACE = 0.5
+VANISH_GRACE = 1.0
 """Wall seconds from a vanished token to a lost module: covers a transport event that comes late
 and a module that lost and reopened its own link."""
 

@@ -14,7 +14,7 @@ import zenoh
 
 from tca_bus._errors import ConfigError
 from tca_bus._options import ENDPOINT_EXPECTED, ENDPOINT_PATTERN
-from tca_bus._session import LEASE_MS, uninterrupted
+from tca_bus._session import LEASE_MS, NO_SHARED_MEMORY, uninterrupted
 
 logger = logging.getLogger(__name__)
 
@@ -43,6 +43,7 @@ def router_config(endpoint: str) -> zenoh.Config:
         "transport": {
             "unicast": {"accept_timeout": 2000},
             "link": {"tx": {"lease": LEASE_MS}, "rx": {"max_message_size": MOST_MESSAGE_BYTES}},
+            "shared_memory": NO_SHARED_MEMORY,
         },
     }
     return zenoh.Config.from_json5(json.dumps(settings))

@@ -26,6 +26,9 @@ OPEN_SLICE_MS = 500
 LEASE_MS = 2000
 """A peer that said nothing for so long is taken for gone by the other side."""
 
+NO_SHARED_MEMORY = {"enabled": False}
+"""Our messages are small, and a killed process would leave its pool of 16 MB in /dev/shm."""
+
 SETTLE_TIMEOUT = 1.0
 """Wall seconds after which a look-up that got no answer counts as done."""
 
@@ -47,7 +50,7 @@ def client_config(options: BusOptions) -> zenoh.Config:
         },
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True},
-        "transport": {"link": {"tx": {"lease": LEASE_MS}}},
+        "transport": {"link": {"tx": {"lease": LEASE_MS}}, "shared_memory": NO_SHARED_MEMORY},
     }
     try:
         return zenoh.Config.from_json5(json.dumps(settings))

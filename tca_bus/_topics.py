@@ -45,6 +45,7 @@ class Topic:
 
     def __init__(self, core: Core, key: str, decode: Decode) -> None:
         self._core = core
+        self._key = key
         self._decode = decode
         self.sinks: list[Sink] = []
         box = Mailbox[zenoh.Sample](self._take, size=MAILBOX_SIZE)
@@ -64,6 +65,7 @@ class Topic:
 
     def end(self) -> None:
         """Undeclare the subscriber."""
+        self._core.tally.counters.pop(self._key, None)
         if not self._core.session.zenoh.is_closed():
             self._subscriber.undeclare()
 

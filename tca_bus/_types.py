@@ -34,6 +34,12 @@ def answer_adapter(message_type: type[Message]) -> TypeAdapter[Any]:
 
 
 @cache
+def message_adapter(message_type: type[Message]) -> TypeAdapter[Message]:
+    """A validator of messages of one type."""
+    return TypeAdapter(message_type)
+
+
+@cache
 def array_fields(value_type: Any) -> dict[str, np.dtype[Any]]:
     """The fields of a model that travel as binary arrays, with their number types."""
     if not (isinstance(value_type, type) and issubclass(value_type, BaseModel)):

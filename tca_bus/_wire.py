@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._messages import Message
-from tca_bus._types import array_fields
+from tca_bus._types import array_fields, message_adapter
 
 JSON_TYPE = "application/json"
 FRAME_TYPE = "application/x-tca-frame"
@@ -29,6 +29,9 @@ MOST_PROBLEMS = 8
 """How many problems of one payload an error names."""
 
 MessageT = TypeVar("MessageT", bound=Message)
+
+ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
+"""Takes any JSON value."""
 
 _HEADER_LENGTH = struct.Struct("<I")
 
@@ -97,7 +100,7 @@ def decode_message(payload: Payload, message_type: type[Message]) -> Message:
     """
     name = message_type.wire_name
     _check_tag(payload.encoding, name, message_type.revision)
-    return _decode(payload, TypeAdapter(message_type), name)  # type: ignore[no-any-return]
+    return _decode(payload, message_adapter(message_type), name)  # type: ignore[no-any-return]
 
 
 def decode_answer(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
@@ -116,7 +119,7 @@ def decode_plain(payload: Payload, name: str) -> Any:
         InvalidMessageError: It is neither JSON nor a frame.
     """
     if not payload.encoding.startswith(FRAME_TYPE):
-        return _decode(payload, TypeAdapter(Any), name)
+        return _decode(payload, ANYTHING, name)
     fields = _decode_frame(payload.data, name)
     return {
         key: value.tolist() if isinstance(value, np.ndarray) else value

@@ -112,7 +112,7 @@ async def test_a_goals_handler_makes_children_and_may_cope_with_their_failures()
 
 
 async def test_the_same_id_is_the_same_node_also_after_it_ended():
-    async with office() as (options, boss, seen):
+    async with office() as (_, boss, seen):
         first = await boss.execute(Carry(weight=1.0), id="once")
         second = await boss.execute(Carry(weight=1.0), id="once")
         assert await first.result(timeout=10.0) == await second.result(timeout=10.0)
