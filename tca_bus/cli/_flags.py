@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-if TYPE_CHECKING:
-    from tca_bus import BusOptions
+from tca_bus._options import BusOptions
 
 BUS_GROUP = Group("Bus", sort_key=100)
 
@@ -55,13 +54,4 @@ def bus_options(flags: BusFlags) -> BusOptions:
     Raises:
         ConfigError: the realm or the endpoint cannot be used.
     """
-    from pydantic import ValidationError  # noqa: PLC0415 - only commands on the bus pay for it
-
-    from tca_bus import BusOptions, ConfigError  # noqa: PLC0415 - same
-
-    try:
-        return BusOptions(connect=flags.connect, realm=flags.realm, clock=flags.clock)
-    except ValidationError as error:
-        first = error.errors()[0]
-        option = "--" + ".".join(str(part) for part in first["loc"])
-        raise ConfigError(option, first["input"], first["msg"]) from None
+    return BusOptions(connect=flags.connect, realm=flags.realm, clock=flags.clock)

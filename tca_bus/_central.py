@@ -1,0 +1,330 @@
+"""Central: the task tree on the bus, with its journal.
+
+A thin shell: what comes in becomes an event of the tree; its effects are carried out after the
+events are in the journal, in the order in which they came.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import time
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from tca_bus._central_desk import Desk
+from tca_bus._central_post import Post
+from tca_bus._errors import NoHandlerError, RefusedError, TcaError
+from tca_bus._journal import Journal, JournalError
+from tca_bus._messages import MessageClass
+from tca_bus._module import Module
+from tca_bus._options import BusOptions
+from tca_bus._presence import PresentModule
+from tca_bus._protocol import Describe, SubmitTask, TaskStatus
+from tca_bus.tasktree import (
+    Cancel,
+    Dispatch,
+    Effect,
+    Ended,
+    Event,
+    HandlerMissing,
+    ProviderAppeared,
+    ProviderLost,
+    Publish,
+    Record,
+    Tree,
+    WaitForHandler,
+)
+
+logger = logging.getLogger(__name__)
+
+NAME = "central"
+
+RETURN_GRACE = 3.0
+"""Wall seconds after its start until central takes modules that it does not see for lost."""
+
+MOST_RECENT = 1000
+"""Last statuses of ended nodes that are kept at hand for late viewers."""
+
+TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND})
+
+
+@dataclass(slots=True)
+class _Batch:
+    """The effects of one event, and who waits for them to be carried out."""
+
+    effects: list[Effect]
+    done: asyncio.Future[None] = field(
+        default_factory=lambda: asyncio.get_running_loop().create_future()
+    )
+
+
+class Central:
+    """The keeper of the task tree: an async context manager, one per realm.
+
+    Args:
+        options: How to join the bus.
+        data: The folder of ``central.db``; None keeps the journal in memory.
+
+    Raises:
+        RefusedError: on entering, there is a central on the realm already.
+        ConfigError: on entering, the journal cannot be used.
+        BusGoneError: on entering, there is no router.
+    """
+
+    def __init__(self, options: BusOptions | None = None, *, data: Path | None = None) -> None:
+        self.options = options or BusOptions()
+        self.module = Module(NAME, options=self.options)
+        self.journal = Journal(data / "central.db" if data is not None else None)
+        self.tree = Tree()
+        self.recent: OrderedDict[str, TaskStatus] = OrderedDict()
+        self.ready = asyncio.Event()
+        self._post = Post(self)
+        self._desk = Desk(self)
+        self._batches: list[_Batch] = []
+        self._wake = asyncio.Event()
+        self._settled_at = 0.0
+        self._changed = asyncio.Event()
+        self._described: set[PresentModule] = set()
+
+    async def __aenter__(self) -> Self:
+        await refuse_second(self.options)
+        await self.journal.__aenter__()
+        try:
+            self._desk.serve(self.module)
+            await self.module.__aenter__()
+        except BaseException:
+            await self.journal.__aexit__(None, None, None)
+            raise
+        try:
+            await self._begin()
+        except BaseException as error:
+            await self.__aexit__(type(error), error, error.__traceback__)
+            raise
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        try:
+            await self.module.__aexit__(kind, error, trace)
+        finally:
+            await self.journal.__aexit__(kind, error, trace)
+
+    async def serve_forever(self) -> None:
+        """Serve until cancelled.
+
+        Raises:
+            JournalError: The journal cannot be written any more.
+        """
+        await self.module.serve_forever()
+
+    def happen(self, event: Event) -> asyncio.Future[None]:
+        """Let an event happen; the future is done when it is in the journal.
+
+        Raises:
+            RefusedError: The tree will not have it.
+        """
+        done = self._enqueue(self.tree.apply(event))
+        self._changed.set()
+        self._changed = asyncio.Event()
+        return done
+
+    async def committed(self) -> None:
+        """Wait until all that happened so far is in the journal."""
+        await self.ready.wait()
+        await self._enqueue([])
+
+    async def admit(self, task: SubmitTask) -> None:
+        """Refuse a task that cannot be; shortly after a start a missing module may still come.
+
+        Raises:
+            RefusedError: See `Tree.check`.
+            NoHandlerError: Nobody handles it and it may not wait.
+        """
+        while True:
+            try:
+                self.tree.check(task)
+            except NoHandlerError:
+                left = self._settled_at - time.monotonic()
+                if left <= 0:
+                    raise
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._changed.wait(), left)
+            else:
+                return
+
+    def status(self, id: str) -> TaskStatus | None:
+        """The status of a node that is alive or ended not long ago."""
+        return self.tree.status(id) if id in self.tree else self.recent.get(id)
+
+    def lookup(self, sender: str, id: str) -> Sequence[TaskStatus]:
+        """The statuses at hand, of one sender and id or of all (``*``)."""
+        if id != "*":
+            status = self.status(id)
+            found = [status] if status is not None else []
+        else:
+            found = [*self.recent.values(), *self.tree.statuses()]
+        return [status for status in found if sender in {"*", status.sender}]
+
+    def _enqueue(self, effects: list[Effect]) -> asyncio.Future[None]:
+        self._remember(effects)
+        batch = _Batch(effects)
+        self._batches.append(batch)
+        self._wake.set()
+        return batch.done
+
+    async def _begin(self) -> None:
+        self._refuse_younger()
+        self.tree = Tree(generation=self.journal.generation - 1)
+        effects = await self._replay()
+        self._settled_at = time.monotonic() + RETURN_GRACE
+        self.module.serve_statuses(self.lookup)
+        self.module.start(self._write_batches(), name="central.journal")
+        self._enqueue(effects)
+        self._welcome_modules()
+        self.module.start(self._watch_modules(), name="central.presence")
+        self.module.start(self._settle(), name="central.settle")
+        self.ready.set()
+        if len(self.tree):
+            logger.info("goes on with %d task nodes from the journal", len(self.tree))
+
+    async def _replay(self) -> list[Effect]:
+        events = await self.journal.living_events()
+        try:
+            return self.tree.replay(events)
+        except (RefusedError, KeyError) as error:
+            raise JournalError(self.journal.name, f"its events do not fit: {error}") from error
+
+    def _refuse_younger(self) -> None:
+        """Of two centrals that started at once the older stays."""
+        others = [m for m in self.module.modules() if m.name == NAME]
+        oldest = min(others, key=lambda module: module.incarnation)
+        if oldest.incarnation != self.module.incarnation:
+            raise second_central(self.options.realm, oldest)
+
+    async def _settle(self) -> None:
+        """Give modules time to announce themselves to this central before they count as lost."""
+        await asyncio.sleep(RETURN_GRACE)
+        self._part_with_modules()
+
+    async def _watch_modules(self) -> None:
+        async with self.module.watch_modules() as changes:
+            async for change in changes:
+                if change.appeared:
+                    self._welcome_modules()
+                elif time.monotonic() >= self._settled_at:
+                    self._part_with_modules()
+
+    def _welcome_modules(self) -> None:
+        present = set(self.module.modules())
+        self._described &= present
+        for module in sorted(present - self._described, key=lambda m: m.incarnation):
+            self._described.add(module)
+            if not module.provides or module.name == NAME:
+                continue
+            capacities = dict.fromkeys(module.provides, 1)
+            self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
+            self.module.start(self._get_to_know(module), name=f"central.describe.{module.name}")
+
+    async def _get_to_know(self, module: PresentModule) -> None:
+        """Ask a module which of its messages are tasks, and how many it handles at once."""
+        try:
+            card = await self.module.query(Describe(), to=module)
+        except TcaError as error:
+            logger.warning("module %s does not introduce itself: %s", module.name, error)
+            return
+        if module in self.module.modules():
+            capacities = {p.name: p.capacity for p in card.provides if p.message_class in TASKS}
+            self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
+
+    def _part_with_modules(self) -> None:
+        present = {module.incarnation for module in self.module.modules()}
+        for incarnation, name in self.tree.holders().items():
+            if incarnation not in present:
+                logger.warning("module %s is gone", name)
+                self.happen(ProviderLost(_now(), incarnation))
+
+    async def _write_batches(self) -> None:
+        """Write all that came since the last commit in one transaction, then act on it."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            batches, self._batches = self._batches, []
+            effects = [effect for batch in batches for effect in batch.effects]
+            await self._write(effects)
+            for batch in batches:
+                self._carry_out(batch.effects)
+                if not batch.done.done():
+                    batch.done.set_result(None)
+
+    async def _write(self, effects: list[Effect]) -> None:
+        records = [effect for effect in effects if isinstance(effect, Record)]
+        published = [effect.status for effect in effects if isinstance(effect, Publish)]
+        ended = [effect for effect in effects if isinstance(effect, Ended)]
+        if records or ended:
+            finals = [status for status in published if status.is_ended]
+            await self.journal.write(records, finals, ended)
+
+    def _remember(self, effects: list[Effect]) -> None:
+        for effect in effects:
+            if isinstance(effect, Ended):
+                self.recent.update({status.id: status for status in effect.statuses})
+        while len(self.recent) > MOST_RECENT:
+            self.recent.popitem(last=False)
+
+    def _carry_out(self, effects: list[Effect]) -> None:
+        for effect in effects:
+            match effect:
+                case Publish(status=status):
+                    self.module.publish_status(status)
+                case Dispatch():
+                    self._post.dispatch(effect)
+                case Cancel():
+                    self._post.cancel(effect)
+                case WaitForHandler():
+                    self.module.start(self._wait(effect), name=f"central.wait.{effect.id}")
+                case _:
+                    pass
+
+    async def _wait(self, wait: WaitForHandler) -> None:
+        await asyncio.sleep(wait.seconds)
+        if self.tree.is_missing(wait.id, wait.number):
+            self.happen(HandlerMissing(_now(), wait.id))
+
+
+async def refuse_second(options: BusOptions) -> None:
+    """Look for a central before one is started; one that just died has a moment to vanish.
+
+    Raises:
+        RefusedError: There is one.
+        BusGoneError: There is no router.
+    """
+    async with Module(f"{NAME}-{os.getpid()}", options=options) as scout:
+        deadline = time.monotonic() + RETURN_GRACE
+        while (other := next((m for m in scout.modules() if m.name == NAME), None)) is not None:
+            if time.monotonic() > deadline:
+                raise second_central(options.realm, other)
+            await asyncio.sleep(0.05)
+
+
+def second_central(realm: str, other: PresentModule) -> RefusedError:
+    """The error that a second central ends with."""
+    why = (
+        f"process {other.pid} on {other.host} is central there; stop it, or choose another "
+        "realm with --realm"
+    )
+    return RefusedError(f"a second central on realm {realm!r}", why)
+
+
+def _now() -> float:
+    return time.time()

@@ -1,0 +1,145 @@
+"""The queries that central answers."""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import TYPE_CHECKING
+
+from tca_bus._context import Context
+from tca_bus._errors import RefusedError, TaskError, did_you_mean
+from tca_bus._module import Module
+from tca_bus._protocol import (
+    FindTask,
+    KillTask,
+    ListTasks,
+    LogEntry,
+    ReadLog,
+    ReportOutcome,
+    SubmitTask,
+    Taken,
+    TaskStatus,
+)
+from tca_bus.tasktree import TOMBSTONE_SECONDS, KillRequested, Reported, Submitted, check_same
+
+if TYPE_CHECKING:
+    from tca_bus._central import Central
+
+logger = logging.getLogger(__name__)
+
+MOST_ENDED = 20
+"""Ended top-level tasks that a listing shows."""
+
+UNKNOWN_TASK = "unknown_task"
+"""The failure name for an id that central has never seen."""
+
+
+class Desk:
+    """The handlers of central's own messages."""
+
+    def __init__(self, central: Central) -> None:
+        self._central = central
+
+    def serve(self, module: Module) -> None:
+        """Register the handlers."""
+        module.serve(SubmitTask, self.submit)
+        module.serve(KillTask, self.kill)
+        module.serve(FindTask, self.find)
+        module.serve(ListTasks, self.tasks)
+        module.serve(ReadLog, self.log)
+        module.serve(ReportOutcome, self.report)
+
+    async def submit(self, task: SubmitTask, context: Context) -> TaskStatus:
+        """Make a node, or give the one that was made before."""
+        await self._central.ready.wait()
+        if task.sender != context.sender:
+            why = f"it names {task.sender!r} as its sender but comes from {context.sender!r}"
+            raise RefusedError(f"task {task.id}", why)
+        ended = await self._ended(task.id)
+        if ended is not None:
+            check_same(task, ended.name, ended.data)
+            return ended
+        await self._central.admit(task)
+        # It may have come, and ended, while this one waited.
+        if task.id not in self._central.recent:
+            await self._central.happen(Submitted(time.time(), task))
+        return await self._known(task.id)
+
+    async def kill(self, order: KillTask, context: Context) -> TaskStatus:
+        """Kill a node; a kill that comes before its task is remembered for a while."""
+        await self._central.ready.wait()
+        self._central.tree.check_kill(order.id)
+        ended = await self._ended(order.id)
+        if ended is not None:
+            return ended
+        reason = order.reason or f"killed by {context.sender}"
+        event = KillRequested(time.time(), order.id, reason, order.only_below)
+        await self._central.happen(event)
+        if self._central.status(order.id) is None:
+            raise self._unknown(
+                order.id, f" Should it come within {TOMBSTONE_SECONDS:g} s it is killed at once."
+            )
+        return await self._known(order.id)
+
+    async def find(self, question: FindTask, _: Context) -> TaskStatus:
+        """The status of one task."""
+        await self._central.committed()
+        return await self._known(question.id)
+
+    async def tasks(self, question: ListTasks, _: Context) -> list[TaskStatus]:
+        """The nodes that are alive, or those at and below one."""
+        await self._central.committed()
+        if question.id is not None:
+            return await self._subtree(question.id)
+        alive = self._central.tree.statuses()
+        if not question.ended:
+            return alive
+        return [*await self._central.journal.last_ended(MOST_ENDED), *alive]
+
+    async def log(self, question: ReadLog, _: Context) -> list[LogEntry]:
+        """Lines of the history."""
+        await self._central.committed()
+        journal = self._central.journal
+        return await journal.read_log(question.after, question.most, question.task)
+
+    async def report(self, report: ReportOutcome, _: Context) -> Taken:
+        """Take the end of a handler; one that comes twice or too late changes nothing."""
+        await self._central.ready.wait()
+        event = Reported(
+            time.time(),
+            report.id,
+            report.attempt,
+            report.outcome,
+            report.result,
+            report.failure,
+            report.seen_failures,
+        )
+        await self._central.happen(event)
+        return Taken(id=report.id, attempt=report.attempt)
+
+    async def _ended(self, id: str) -> TaskStatus | None:
+        """The last status of a task that is not in the tree any more."""
+        if id in self._central.tree:
+            return None
+        return self._central.recent.get(id) or await self._central.journal.find(id)
+
+    async def _known(self, id: str) -> TaskStatus:
+        status = self._central.status(id) or await self._central.journal.find(id)
+        if status is None:
+            raise self._unknown(id)
+        return status
+
+    async def _subtree(self, id: str) -> list[TaskStatus]:
+        if id in self._central.tree:
+            return self._central.tree.statuses(id)
+        kept: dict[str, TaskStatus] = {}
+        for status in await self._central.journal.ended_tree(id):
+            if status.id == id or status.parent in kept:
+                kept[status.id] = status
+        if not kept:
+            raise self._unknown(id)
+        return list(kept.values())
+
+    def _unknown(self, id: str, more: str = "") -> TaskError:
+        known = [status.id for status in self._central.lookup("*", "*")]
+        return TaskError(UNKNOWN_TASK, f"no task {id!r} here.{did_you_mean(id, known)}{more}")

@@ -1,0 +1,125 @@
+"""What central sends to modules: tasks to handle and to stop, again until they are taken."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Coroutine
+from typing import TYPE_CHECKING, Any
+
+from tca_bus._errors import (
+    BusGoneError,
+    HandlerFailedError,
+    InvalidMessageError,
+    NoHandlerError,
+    PeerLostError,
+    RefusedError,
+    TcaError,
+    TimedOutError,
+)
+from tca_bus._failure import Failure
+from tca_bus._presence import PresentModule
+from tca_bus._protocol import CancelTask, HandleTask, Outcome
+from tca_bus.tasktree import Cancel, Dispatch, Reported, Taken
+
+if TYPE_CHECKING:
+    from tca_bus._central import Central
+
+logger = logging.getLogger(__name__)
+
+PATIENCE = 5.0
+"""Wall seconds that a module may take to say that it has a task."""
+
+RETRY_DELAY = 0.1
+"""Wall seconds before a module is asked again."""
+
+UNREACHED = (BusGoneError, PeerLostError, TimedOutError)
+"""The module may not have got it; whether it is gone, presence will tell."""
+
+REFUSALS = {
+    HandlerFailedError: "handler_error",
+    InvalidMessageError: "invalid_message",
+    NoHandlerError: "no_handler",
+    RefusedError: "refused",
+}
+
+
+class Post:
+    """One sending at a time for each node; the order to stop it replaces the order to begin."""
+
+    def __init__(self, central: Central) -> None:
+        self._central = central
+        self._under_way: dict[str, asyncio.Task[None]] = {}
+
+    def dispatch(self, order: Dispatch) -> None:
+        """Have a module handle a try of a node."""
+        self._begin(order.id, self._dispatch(order), f"central.dispatch.{order.id}")
+
+    def cancel(self, order: Cancel) -> None:
+        """Have a module stop a try of a node."""
+        self._begin(order.id, self._cancel(order), f"central.cancel.{order.id}")
+
+    def _begin(self, id: str, sending: Coroutine[Any, Any, None], name: str) -> None:
+        before = self._under_way.pop(id, None)
+        if before is not None:
+            before.cancel()
+        task = self._central.module.start(sending, name=name)
+        self._under_way[id] = task
+        task.add_done_callback(lambda done: self._finished(id, done))
+
+    def _finished(self, id: str, task: asyncio.Task[None]) -> None:
+        if self._under_way.get(id) is task:
+            del self._under_way[id]
+
+    async def _dispatch(self, order: Dispatch) -> None:
+        while self._central.tree.is_current(order.id, order.attempt):
+            target = self._find(order.incarnation)
+            if target is not None and await self._give(order, target):
+                return
+            await asyncio.sleep(RETRY_DELAY)
+
+    async def _give(self, order: Dispatch, target: PresentModule) -> bool:
+        facts = self._central.tree.submission(order.id).model_dump(
+            include={"id", "name", "task_class", "message_revision", "data", "sender", "parent"}
+        )
+        try:
+            task = HandleTask(attempt=order.attempt, **facts)
+            await self._central.module.query(task, to=target, timeout=PATIENCE)
+        except UNREACHED as error:
+            logger.info("task %s is not taken yet by %s: %s", order.id, target.name, error)
+            return False
+        except TcaError as error:
+            self._refused(order, error)
+            return True
+        self._central.happen(Taken(time.time(), order.id, order.attempt))
+        return True
+
+    def _refused(self, order: Dispatch, error: TcaError) -> None:
+        name = REFUSALS.get(type(error), "handler_error")
+        failure = Failure(name=name, text=str(error), node=order.id, module=order.module)
+        report = Reported(time.time(), order.id, order.attempt, Outcome.FAILURE, failure=failure)
+        self._central.happen(report)
+
+    async def _cancel(self, order: Cancel) -> None:
+        stop = CancelTask(id=order.id, attempt=order.attempt, reason=order.reason)
+        while self._central.tree.is_current(order.id, order.attempt):
+            target = self._find(order.incarnation)
+            if target is not None and await self._stop(stop, target):
+                return
+            await asyncio.sleep(RETRY_DELAY)
+
+    async def _stop(self, stop: CancelTask, target: PresentModule) -> bool:
+        try:
+            await self._central.module.query(stop, to=target, timeout=PATIENCE)
+        except UNREACHED as error:
+            logger.info("task %s is not stopped yet by %s: %s", stop.id, target.name, error)
+            return False
+        except TcaError as error:
+            logger.warning("module %s does not stop task %s: %s", target.name, stop.id, error)
+            return False
+        return True
+
+    def _find(self, incarnation: str) -> PresentModule | None:
+        modules = self._central.module.modules()
+        return next((m for m in modules if m.incarnation == incarnation), None)

@@ -1,0 +1,307 @@
+"""The append-only journal of the task tree, in SQLite.
+
+Written in transactions of whatever came together; a task is acknowledged after its commit. In
+WAL mode with full synchronisation a commit survives the end of the process and of the power.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from collections.abc import Iterable, Sequence
+from importlib import resources
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import aiosqlite
+
+from tca_bus._errors import ConfigError, TcaError
+from tca_bus._history import end_words, event_words
+from tca_bus._protocol import LogEntry, TaskStatus
+from tca_bus.tasktree import (
+    TOMBSTONE_SECONDS,
+    Ended,
+    Record,
+    RecordedEvent,
+    Submitted,
+    decode_event,
+    encode_event,
+)
+
+APPLICATION_ID = 0x54434131
+"""Marks the file as ours ("TCA1"), so that another program's database is not taken for one."""
+
+END = "Ended"
+"""Kind of the line that says how a node ended; it is no input of the tree."""
+
+MOST_IN_MEMORY = 20_000
+"""Events that a journal without a file keeps."""
+
+LOCK_PATIENCE_MS = 3000
+"""How long to wait for a central that is just ending to let go of the file."""
+
+
+class JournalError(TcaError):
+    """The journal cannot be written or read any more; central must not go on."""
+
+    def __init__(self, path: str, why: str) -> None:
+        self.path, self.why = path, why
+        super().__init__(f"journal {path}: {why}")
+
+
+class Journal:
+    """The journal of one central: an async context manager.
+
+    Args:
+        path: The SQLite file; None keeps the last events in memory only.
+
+    Raises:
+        ConfigError: on entering, the file is no journal of ours, damaged, of a later version, in
+            use by another central, or cannot be made.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self.name = str(path) if path else "in memory"
+        self._open: aiosqlite.Connection | None = None
+        self._written = 0
+        self.generation = 0
+
+    async def __aenter__(self) -> Self:
+        try:
+            await self._connect()
+            await self._migrate()
+            await self._count_start()
+        except sqlite3.Error as error:
+            await self._close()
+            raise ConfigError("journal", self.name, _expected(error)) from error
+        except BaseException:
+            await self._close()
+            raise
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self._close()
+
+    async def write(
+        self, records: Iterable[Record], finals: Iterable[TaskStatus], ended: Iterable[Ended]
+    ) -> None:
+        """Write what happened in one transaction; it is kept when this returns.
+
+        Args:
+            records: Events of the tree, in order.
+            finals: The statuses of nodes that ended with them.
+            ended: Top-level tasks that ended with them.
+
+        Raises:
+            JournalError: It could not be written.
+        """
+        try:
+            for record in records:
+                await self._write_record(record)
+            for status in finals:
+                await self._write_end(status)
+            for end in ended:
+                await self._write_tree(end)
+            await self._db.commit()
+            await self._prune()
+        except sqlite3.Error as error:
+            raise JournalError(self.name, str(error)) from error
+
+    async def living_events(self) -> list[RecordedEvent]:
+        """The events of all top-level tasks that have not ended, in order.
+
+        Raises:
+            JournalError: A line cannot be understood.
+        """
+        rows = await self._rows(
+            "SELECT number, kind, body FROM events WHERE kind != ? AND root IN "
+            "(SELECT root FROM roots WHERE ended IS NULL) ORDER BY number",
+            END,
+        )
+        return [self._decode(number, kind, body) for number, kind, body in rows]
+
+    async def find(self, task: str) -> TaskStatus | None:
+        """The last status of a task whose top-level task has ended."""
+        rows = await self._rows("SELECT status FROM tasks WHERE task = ?", task)
+        return TaskStatus.model_validate_json(rows[0][0]) if rows else None
+
+    async def ended_tree(self, task: str) -> list[TaskStatus]:
+        """All nodes of the ended top-level task that a task belongs to, parents first."""
+        rows = await self._rows(
+            "SELECT status FROM tasks WHERE root = (SELECT root FROM tasks WHERE task = ?) "
+            "ORDER BY number",
+            task,
+        )
+        return [TaskStatus.model_validate_json(status) for (status,) in rows]
+
+    async def last_ended(self, most: int) -> list[TaskStatus]:
+        """All nodes of the last top-level tasks that ended, oldest first."""
+        rows = await self._rows(
+            "SELECT t.status FROM tasks t JOIN "
+            "(SELECT root, ended FROM roots WHERE ended IS NOT NULL ORDER BY ended DESC LIMIT ?) r "
+            "ON r.root = t.root ORDER BY r.ended, t.root, t.number",
+            most,
+        )
+        return [TaskStatus.model_validate_json(status) for (status,) in rows]
+
+    async def read_log(self, after: int, most: int, task: str | None) -> list[LogEntry]:
+        """The history after a line, of everything or of one task and all below it.
+
+        ``after`` below zero counts from the end: the last so many lines.
+        """
+        below = "" if task is None else "AND (task = ? OR root = ?) "
+        values = () if task is None else (task, task)
+        if after < 0:
+            after = await self._line_before_last(-after, below, values)
+        query = f"SELECT * FROM events WHERE number > ? {below}ORDER BY number LIMIT ?"  # noqa: S608
+        return [self._entry(row) for row in await self._rows(query, after, *values, most)]
+
+    async def _line_before_last(self, count: int, below: str, values: Sequence[Any]) -> int:
+        query = f"SELECT number FROM events WHERE 1 {below}ORDER BY number DESC LIMIT 1 OFFSET ?"  # noqa: S608
+        rows = await self._rows(query, *values, count)
+        return int(rows[0][0]) if rows else 0
+
+    def _entry(self, row: Sequence[Any]) -> LogEntry:
+        number, when, _, task, name, kind, body = row
+        if kind == END:
+            event, text = end_words(TaskStatus.model_validate_json(body))
+        else:
+            event, text = event_words(self._decode(number, kind, body))
+        return LogEntry(number=number, time=when, task=task, name=name, event=event, text=text)
+
+    def _decode(self, number: int, kind: str, body: str) -> RecordedEvent:
+        try:
+            return decode_event(kind, body)
+        except ValueError as error:
+            raise JournalError(self.name, f"line {number} cannot be read: {error}") from error
+
+    async def _write_record(self, record: Record) -> None:
+        kind, body = encode_event(record.event)
+        event = record.event
+        query = "INSERT INTO roots (root) VALUES (?) ON CONFLICT DO NOTHING"
+        if isinstance(event, Submitted):
+            # The end of a forgotten kill must not hide the task that came after all.
+            query = query.replace("NOTHING", "UPDATE SET ended = NULL")
+        await self._db.execute(query, (record.root,))
+        await self._insert(event.time, record.root, event.id, record.name, kind, body)
+
+    async def _write_end(self, status: TaskStatus) -> None:
+        row = await self._rows("SELECT root FROM events WHERE task = ? LIMIT 1", status.id)
+        root = row[0][0] if row else status.id
+        when = status.ended or status.created
+        body = status.model_dump_json(exclude={"data", "result"})
+        await self._insert(when, root, status.id, status.name, END, body)
+
+    async def _insert(self, *values: object) -> None:
+        self._written += 1
+        await self._db.execute(
+            "INSERT INTO events (time, root, task, name, kind, body) VALUES (?, ?, ?, ?, ?, ?)",
+            values,
+        )
+
+    async def _write_tree(self, end: Ended) -> None:
+        ended = end.statuses[0].ended
+        await self._db.execute("UPDATE roots SET ended = ? WHERE root = ?", (ended, end.root))
+        await self._db.executemany(
+            "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
+            [
+                (status.id, end.root, number, status.model_dump_json())
+                for number, status in enumerate(end.statuses)
+            ],
+        )
+
+    async def _prune(self) -> None:
+        """Forget old history when there is no file to hold it."""
+        if self._path is not None or self._written < MOST_IN_MEMORY // 10:
+            return
+        self._written = 0
+        old = (
+            "SELECT root FROM roots WHERE ended IS NOT NULL AND root IN "
+            "(SELECT root FROM events WHERE number <= (SELECT max(number) - ? FROM events))"
+        )
+        for table in ("tasks", "events"):
+            await self._db.execute(f"DELETE FROM {table} WHERE root IN ({old})", (MOST_IN_MEMORY,))  # noqa: S608
+        await self._db.execute(
+            "DELETE FROM roots WHERE ended IS NOT NULL AND root NOT IN (SELECT root FROM events)"
+        )
+        await self._db.commit()
+
+    async def _connect(self) -> None:
+        if self._path is not None:
+            self._make_folder(self._path.parent)
+        self._open = await aiosqlite.connect(self._path or ":memory:")
+        await self._db.execute(f"PRAGMA busy_timeout = {LOCK_PATIENCE_MS}")
+        # One central per journal: the lock lasts as long as the connection.
+        await self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
+        await self._db.execute("PRAGMA journal_mode = WAL")
+        await self._db.execute("PRAGMA synchronous = FULL")
+
+    def _make_folder(self, folder: Path) -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            expected = f"a folder that can be made and written ({error.strerror})"
+            raise ConfigError("--data", str(folder), expected) from error
+
+    async def _migrate(self) -> None:
+        ours = (await self._rows("PRAGMA application_id"))[0][0]
+        version = (await self._rows("PRAGMA user_version"))[0][0]
+        tables = (await self._rows("SELECT count(*) FROM sqlite_master"))[0][0]
+        scripts = migrations()
+        if tables and ours != APPLICATION_ID:
+            raise ConfigError("journal", self.name, "a journal of central, or no file")
+        if version > len(scripts):
+            expected = f"version {len(scripts)} or earlier, not {version}: update this program"
+            raise ConfigError("journal", self.name, expected)
+        for number, script in enumerate(scripts[version:], version + 1):
+            await self._db.executescript(
+                f"BEGIN; {script}; PRAGMA application_id = {APPLICATION_ID}; "
+                f"PRAGMA user_version = {number}; COMMIT;"
+            )
+
+    async def _count_start(self) -> None:
+        cursor = await self._db.execute("INSERT INTO starts (time) VALUES (?)", (time.time(),))
+        self.generation = cursor.lastrowid or 1
+        # A kill whose task never came ends with its tombstone.
+        await self._db.execute(
+            "UPDATE roots SET ended = ?1 WHERE ended IS NULL "
+            "AND root NOT IN (SELECT root FROM events WHERE kind = 'Submitted') "
+            "AND root NOT IN (SELECT root FROM events WHERE time > ?1 - ?2)",
+            (time.time(), TOMBSTONE_SECONDS),
+        )
+        await self._db.commit()
+
+    async def _rows(self, query: str, *values: object) -> list[Any]:
+        async with self._db.execute(query, values) as cursor:
+            return list(await cursor.fetchall())
+
+    @property
+    def _db(self) -> aiosqlite.Connection:
+        if self._open is None:
+            raise JournalError(self.name, "it is closed")
+        return self._open
+
+    async def _close(self) -> None:
+        if self._open is not None:
+            await self._open.close()
+            self._open = None
+
+
+def migrations() -> list[str]:
+    """The migration scripts, in order."""
+    folder = resources.files("tca_bus") / "migrations"
+    files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".sql"))
+    return [(folder / name).read_text(encoding="utf-8") for name in files]
+
+
+def _expected(error: sqlite3.Error) -> str:
+    if "locked" in str(error):
+        return "a file that no other central uses; stop that one or choose another --data"
+    return f"an intact journal of central ({error}); move it away to begin a new one"

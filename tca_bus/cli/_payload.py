@@ -1,0 +1,56 @@
+"""The JSON that people type for a message."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from tca_bus import InvalidMessageError
+from tca_bus._protocol import ProvidedMessage
+from tca_bus.cli._schema import schema_problems
+
+
+def parse_payload(name: str, text: str) -> dict[str, Any]:
+    """Read the fields of a message; ``-`` reads them from standard input.
+
+    Raises:
+        InvalidMessageError: it is no JSON (with line and column), or no object.
+    """
+    source = sys.stdin.read() if text == "-" else text
+    try:
+        value = json.loads(source)
+    except json.JSONDecodeError as error:
+        near = source[max(0, error.pos - 20) : error.pos + 20]
+        problem = f"no JSON: {error.msg} at line {error.lineno} column {error.colno}, near {near!r}"
+        raise InvalidMessageError(name, [problem]) from None
+    if not isinstance(value, dict):
+        shown = source.strip()[:60]
+        problem = f'expected a JSON object such as {{"field": 1}}, got {shown!r}'
+        raise InvalidMessageError(name, [problem])
+    return value
+
+
+def check_payload(provided: ProvidedMessage | None, name: str, data: dict[str, Any]) -> None:
+    """Refuse data that do not fit the schema that the handling module shows.
+
+    Raises:
+        InvalidMessageError: fields are missing, unknown or of a wrong type.
+    """
+    if provided is None:
+        return
+    problems = schema_problems(data, provided.message_schema)
+    if problems:
+        raise InvalidMessageError(name, problems)
+
+
+def check_class(provided: ProvidedMessage | None, name: str, expected: str) -> None:
+    """Refuse a message that is of another class than the command sends.
+
+    Raises:
+        InvalidMessageError: it is; the error names the command to use.
+    """
+    if provided is not None and provided.message_class != expected:
+        kind = provided.message_class
+        problem = f"it is a {kind}, not a {expected}; use 'tca {kind} {name}'"
+        raise InvalidMessageError(name, [problem])

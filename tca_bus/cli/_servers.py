@@ -1,0 +1,34 @@
+"""``tca router`` and ``tca central``: the two infrastructure processes."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+from tca_bus import Router, configure_logging
+from tca_bus._central import Central
+from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags, bus_options
+
+
+async def router(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Run the Zenoh router, which all processes connect to.
+
+    It listens at --connect; tcp/127.0.0.1:0 picks a free port, which the log names.
+    """
+    configure_logging("router", level=flags.level, json=flags.json)
+    async with Router(flags.connect):
+        await asyncio.get_running_loop().create_future()
+
+
+async def central(*, data: Path | None = None, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Run central, which keeps the task tree and its journal.
+
+    Parameters
+    ----------
+    data
+        Folder of the journal, central.db. Started on it again, central goes on where it was;
+        without it the journal is in memory and ends with the process.
+    """
+    configure_logging("central", level=flags.level, json=flags.json)
+    async with Central(bus_options(flags), data=data) as running:
+        await running.serve_forever()
