@@ -14,14 +14,17 @@ from tca_bus import TcaError
 FORMAT = 1
 
 
+ELSEWHERE = "move it away, or give another --data folder"
+
+
 class SnapshotError(TcaError, ValueError):
-    """A snapshot cannot be used. ``file`` is where it lies, ``why`` a half-sentence."""
+    """A file that keeps something cannot be used. ``why`` is a half-sentence about it."""
 
     exit_code = 2
 
-    def __init__(self, file: Path, why: str) -> None:
+    def __init__(self, file: Path, why: str, remedy: str = ELSEWHERE) -> None:
         self.file, self.why = file, why
-        super().__init__(f"{file} {why}; move it away, or give another --data folder")
+        super().__init__(f"{file} {why}; {remedy}")
 
 
 class Saved(BaseModel):
@@ -41,11 +44,19 @@ class Saved(BaseModel):
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Write a file so that a reader, or a kill in between, sees the old one or the new one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a file so that a reader, or a kill in between, sees the old one or the new one.
+
+    Raises:
+        SnapshotError: it cannot be written.
+    """
     partial = path.with_name(f".{path.name}.{os.getpid()}")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        why = f"cannot be written ({error.strerror})"
+        raise SnapshotError(path, why, "give a folder that can be") from error
 
 
 class SnapshotFile:

@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from tca_bus import HandlerFailedError, Module
+from tca_bus import BusOptions, HandlerFailedError, Module, Router
 from tca_bus.testing import bus, eventually
 from xavier_sim.floor import load_floor
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally, WorldDoors
@@ -153,6 +153,21 @@ async def test_killed_driver_stops_the_robot_until_another_comes():
         tick = state.world.tick
         async with StandIn(options, ticks=tick + 40).module:
             await eventually(lambda: state.world.tick >= tick + 40)
+
+
+async def test_lost_router_stops_time_until_it_is_back():
+    first = Router("tcp/127.0.0.1:0")
+    await first.__aenter__()
+    options = BusOptions(connect=first.endpoint, realm="outage")
+    driver = StandIn(options, ticks=100_000)
+    async with robot(options) as state, driver.module:
+        await eventually(lambda: state.world.tick > 30)
+        await first.__aexit__(None, None, None)
+        await eventually(lambda: not driver.module.is_connected)
+        tick = state.world.tick
+        async with Router(options.connect):
+            await eventually(lambda: state.world.tick > tick + 30, timeout=30)
+            assert {sensors.tick for sensors in driver.seen} >= set(range(tick + 30))
 
 
 async def test_paced_world_moves_by_itself_and_stops_without_a_driver():

@@ -229,6 +229,13 @@ def test_snapshot_of_another_floor_is_a_clear_error(tmp_path):
         store.load(floor="other")
 
 
+def test_folder_that_cannot_be_written_is_a_clear_error(tmp_path):
+    (tmp_path / "file").write_text("")
+    store = SnapshotFile(tmp_path / "file")
+    with pytest.raises(SnapshotError, match=r"xavier\.json cannot be written \("):
+        store.save(RobotState(World(PLAN), SimClock(0.0), speed=None).saved())
+
+
 def test_snapshot_leaves_no_partial_file(tmp_path):
     SnapshotFile(tmp_path).save(RobotState(World(PLAN), SimClock(0.0), speed=None).saved())
     assert [path.name for path in tmp_path.iterdir()] == ["xavier.json"]
