@@ -7,7 +7,7 @@ from collections import OrderedDict
 from tca_bus._bridge import Answer
 
 MOST_ANSWERS = 1024
-MOST_BYTES = 16 * 1024 * 1024
+MOST_BYTES = 4 * 1024 * 1024
 
 
 class AnswerCache:

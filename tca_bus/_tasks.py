@@ -16,8 +16,10 @@ from tca_bus._caller import Caller
 from tca_bus._core import Core
 from tca_bus._errors import (
     BusGoneError,
+    HandlerFailedError,
     NoHandlerError,
     PeerLostError,
+    TaskFailedError,
     TcaError,
     TimedOutError,
 )
@@ -96,11 +98,17 @@ class TaskSender:
         return await self.ask_central(question, timeout=timeout)
 
     async def refresh(self, handle: TaskHandle[Any]) -> None:
-        """Ask central for the state of a task; an unreachable central changes nothing."""
+        """Ask central for the state of a task; an unreachable central changes nothing.
+
+        Raises:
+            TaskFailedError: Central does not know the task: its journal is not the one of before.
+        """
         try:
             status = await self._ask_once(FindTask(id=handle.id), TRY_TIMEOUT)
         except OUT_OF_REACH:
             return
+        except HandlerFailedError as error:
+            raise TaskFailedError(handle.id, error.failure) from error
         handle.update(status)
 
     async def ask_central(self, question: Query[R], *, timeout: float) -> R:

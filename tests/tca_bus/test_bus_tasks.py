@@ -176,6 +176,20 @@ async def test_a_task_lives_through_a_restart_of_central(tmp_path):
         assert len(seen) == 1
 
 
+async def test_a_task_that_central_has_forgotten_is_a_failure():
+    async with bus() as options, Module("boss", options=options) as boss:
+        module, seen = porter(options, asyncio.Event())
+        async with module:
+            async with Central(options):
+                await boss.wait_for(Carry, "tca.submit", timeout=10.0)
+                handle = await boss.execute(Carry(weight=1.0))
+                await eventually(lambda: seen)
+            async with Central(options):
+                with pytest.raises(TaskFailedError) as caught:
+                    await handle.result(timeout=20.0)
+                assert caught.value.failure.name == "unknown_task"
+
+
 async def test_a_task_lives_through_a_restart_of_the_router():
     router = Router("tcp/127.0.0.1:0")
     await router.__aenter__()
