@@ -73,13 +73,14 @@ class Database:
     async def transaction(self) -> AsyncIterator[aiosqlite.Connection]:
         """All statements of the block, or none of them."""
         async with self._lock:
-            await self.link.execute("BEGIN IMMEDIATE")
             try:
+                await self.link.execute("BEGIN IMMEDIATE")
                 yield self.link
             except BaseException:
-                await asyncio.shield(self.link.execute("ROLLBACK"))
+                # A cancelled statement is carried out all the same, before this one.
+                await asyncio.shield(self.link.rollback())
                 raise
-            await asyncio.shield(self.link.execute("COMMIT"))
+            await asyncio.shield(self.link.commit())
 
     async def _prepare(self) -> None:
         for pragma in ("journal_mode=WAL", "synchronous=FULL", "busy_timeout=5000"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from rogue import trace
 from rogue.book import RequestBook
@@ -14,7 +14,17 @@ from rogue.distances import Distances
 from rogue.execution import Executor
 from rogue.messages import DeliveryRequest, PlanView, RequestState
 from rogue.planning import Rules, admit, new_search, report, switches, withdraw
-from rogue.prodigy import Announced, Execute, Executed, Finished, Poll, Search, SearchResult, Status
+from rogue.prodigy import (
+    Announced,
+    Execute,
+    Executed,
+    Failed,
+    Finished,
+    Poll,
+    Search,
+    SearchResult,
+    Status,
+)
 from rogue.store import Store
 
 log = logging.getLogger(__name__)
@@ -46,6 +56,7 @@ class Episode:
         self._executor = executor
         self._conversation = conversation
         self._admitted: dict[str, DeliveryRequest] = {}
+        self._seen: list[str] = []
         self._unranked: list[DeliveryRequest] = []
         self._lines: list[str] = []
         self._executed: list[str] = []
@@ -72,12 +83,10 @@ class Episode:
     async def _drive(self, search: Search) -> SearchResult:
         while (event := search.step()) is not None:
             match event:
-                case Announced(line=line) if line:
-                    await self._show(line)
+                case Announced() | Failed() | Executed():
+                    await self._show(search.trace)
                 case Execute():
                     await self._execute(search, event)
-                case Executed(achieved=False, line=line):
-                    await self._conversation.tell(line)
                 case Poll():
                     await self._poll(search)
                 case Finished(result=result):
@@ -85,15 +94,19 @@ class Episode:
             await asyncio.sleep(0)
         raise AssertionError("a search ends with Finished")
 
-    async def _show(self, line: str) -> None:
-        self._lines.append(line)
-        await self._conversation.tell(line)
+    async def _show(self, printed: Sequence[str]) -> None:
+        """Say the lines that are new, and once more those to which something was added."""
+        shown = self._lines
+        self._lines = list(printed)
+        for number, line in enumerate(printed):
+            if number >= len(shown) or shown[number] != line:
+                await self._conversation.tell(line)
 
     async def _execute(self, search: Search, event: Execute) -> None:
         step = event.step
         arguments = [str(value) for value in step.args]
         log.info("executing %s", step)
-        outcome = await self._executor.execute(step.operator, arguments)
+        outcome = await self._executor.execute(step.operator, arguments, list(self._admitted))
         if outcome.kind == "done":
             self._executed.append(str(step))
         report(search, step.operator, outcome)
@@ -125,6 +138,7 @@ class Episode:
         rooms |= {room for r in self._admitted.values() for room in (r.pickup, r.deliver)}
         await self._distances.learn(rooms, self._locations)
         self._admitted[request.id] = request
+        self._seen.append(request.id)
         self._unranked.append(request)
         await self._conversation.tell_all(["", trace.message_line(request)])
 
@@ -153,12 +167,17 @@ class Episode:
         """Say how it ended; what the planner could not do has failed."""
         left = [r for r in self._admitted if self._book.find(r) is not None]
         if result.status is Status.SOLVED and not left:
-            await self._conversation.tell_all([trace.ACHIEVED, ""])
+            if await self._completed_any():
+                await self._conversation.tell_all([trace.ACHIEVED, ""])
         elif self._executed:
             # What was driven stays driven: the next episode plans on from here.
             log.info("search ended with %s: %s", result.status, result.reason)
         else:
             await self._fail(left, f"no plan was found ({result.status}: {result.reason})")
+
+    async def _completed_any(self) -> bool:
+        ended = [await self._store.request(request_id) for request_id in self._seen]
+        return any(r is not None and r.state is RequestState.COMPLETED for r in ended)
 
     async def _fail(self, request_ids: Iterable[str], reason: str) -> None:
         for request_id in request_ids:

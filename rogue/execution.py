@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from rogue.book import RequestBook
@@ -51,13 +51,17 @@ class Executor:
         self._patience = patience
         self._current: tuple[Step, asyncio.Task[StepOutcome]] | None = None
 
-    async def execute(self, operator: str, arguments: Sequence[str]) -> StepOutcome:
-        """Carry out an operator for the open requests that it serves.
+    async def execute(
+        self, operator: str, arguments: Sequence[str], request_ids: Iterable[str]
+    ) -> StepOutcome:
+        """Carry out an operator for those of the requests that it serves.
 
         An operator that serves nobody any more fails at once, and nothing moves.
         """
         facts = await self._store.facts()
-        served = _served(operator, arguments, self._book.open_requests(), facts)
+        found = (self._book.find(request_id) for request_id in request_ids)
+        planned = [request for request in found if request is not None]
+        served = _served(operator, arguments, planned, facts)
         if not served:
             return StepOutcome(kind="failed", room=facts.room, reason="nobody wants it any more")
         begun = [self._book.as_begun(request) for request in served]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from rogue.directory import Directory
 from rogue.distances import Distances
@@ -23,6 +24,9 @@ from rogue.prodigy.office import (
     working,
 )
 from rogue.store import Facts
+
+MOST_NODES = 5000
+"""Nodes after which a search is ended and a new one begins where the robot then is."""
 
 FindRooms = Callable[[str, str], tuple[str, str] | None]
 
@@ -96,7 +100,8 @@ def new_search(
         goals=[one.goal() for one in errands],
         name="office",
     )
-    return Search(problem, switches.options, switches.rules)
+    options = replace(switches.options, max_nodes=MOST_NODES)
+    return Search(problem, options, switches.rules)
 
 
 def report(search: Search, operator: str, outcome: StepOutcome) -> None:

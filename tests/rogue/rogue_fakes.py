@@ -53,6 +53,8 @@ class ScriptedRobot:
     performed: list[TaskOfRobot] = field(default_factory=list)
     ids: list[str] = field(default_factory=list)
     pauses: list[float] = field(default_factory=list)
+    running: str | None = None
+    killed: list[str] = field(default_factory=list)
 
     def outcome(self, effect: Effect) -> Outcome:
         """What comes of an effect."""
@@ -99,6 +101,10 @@ class ScriptedRobot:
     async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
         self.ids.append(task_id)
         return self.act(message)
+
+    async def kill(self, task_id: str, reason: str) -> None:
+        del reason
+        self.killed.append(task_id)
 
 
 def play(
@@ -149,18 +155,12 @@ class HangingRobot(ScriptedRobot):
     def __init__(self) -> None:
         super().__init__()
         self.driving = asyncio.Event()
-        self.running: str | None = None
-        self.killed: list[str] = []
 
     async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
         self.running = task_id
         self.driving.set()
         await asyncio.get_running_loop().create_future()
         return Outcome()
-
-    async def kill(self, task_id: str, reason: str) -> None:
-        del reason
-        self.killed.append(task_id)
 
 
 def make_request(name: str = "a", **fields: object) -> DeliveryRequest:

@@ -12,6 +12,7 @@ from navigate.messages import NavigateToGoal
 from rogue.book import RequestBook
 from rogue.conversation import Conversation
 from rogue.directory import load_directory
+from rogue.effects import StepOutcome
 from rogue.execution import Executor
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
 from rogue.procedures import Patience
@@ -28,6 +29,10 @@ class Scene:
     book: RequestBook
     executor: Executor
     robot: ScriptedRobot
+
+    async def execute(self, operator: str, arguments: list[str]) -> StepOutcome:
+        ids = [request.id for request in self.book.open_requests()]
+        return await self.executor.execute(operator, arguments, ids)
 
     async def request(self, name: str) -> DeliveryRequest:
         found = await self.store.request(name)
@@ -63,13 +68,13 @@ async def store(tmp_path: Path) -> AsyncIterator[Store]:
 async def test_a_whole_errand_leaves_the_right_facts(store: Store):
     at = await scene(store)
     await at.book.add(make_request(), None)
-    await at.executor.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
     assert await store.facts() == Facts("r-5303")
     assert (await at.request("a")).state is RequestState.UNDERWAY
-    await at.executor.execute("acquire-item", ["r-5303", *MAIL])
+    await at.execute("acquire-item", ["r-5303", *MAIL])
     assert await store.facts() == Facts("r-5303", frozenset({MAIL}))
-    await at.executor.execute("goto-deliver-loc", ["mitchell", "r-5313"])
-    await at.executor.execute("deliver-item", ["r-5313", *MAIL])
+    await at.execute("goto-deliver-loc", ["mitchell", "r-5313"])
+    await at.execute("deliver-item", ["r-5313", *MAIL])
     assert await store.facts() == Facts("r-5313")
     done = await at.request("a")
     assert (done.state, done.finished, done.reason) == (RequestState.COMPLETED, 1000.0, None)
@@ -82,8 +87,8 @@ async def test_a_failed_step_takes_its_requests_with_it_and_names_the_tray(store
     at = await scene(store, ScriptedRobot(answers=[typed("y"), typed("i")]))
     await at.book.add(make_request(), None)
     await at.book.add(make_request("b", user="jhm", item="deliverfax"), None)
-    await at.executor.execute("acquire-item", ["r-5303", *MAIL])
-    await at.executor.execute("deliver-item", ["r-5313", *MAIL])
+    await at.execute("acquire-item", ["r-5303", *MAIL])
+    await at.execute("deliver-item", ["r-5313", *MAIL])
     ended = await at.request("a")
     assert ended.state is RequestState.FAILED
     assert ended.reason == (
@@ -98,14 +103,14 @@ async def test_a_blocked_door_fails_all_who_need_that_room(store: Store):
     await at.book.add(make_request(), None)
     await at.book.add(make_request("b", user="jhm", item="deliverfax", pickup="r-5311"), None)
     await at.book.add(make_request("c", user="veloso", deliver="r-5309"), None)
-    await at.executor.execute("goto-deliver-loc", ["mitchell", "r-5313"])
+    await at.execute("goto-deliver-loc", ["mitchell", "r-5313"])
     states = [(await at.request(name)).state.value for name in "abc"]
     assert states == ["failed", "failed", "queued"]
 
 
 async def test_an_operator_that_serves_nobody_moves_nothing(store: Store):
     at = await scene(store)
-    outcome = await at.executor.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    outcome = await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
     assert outcome.kind == "failed"
     assert at.robot.performed == []
     assert await store.open_step() is None
@@ -116,7 +121,7 @@ async def test_three_drives_that_end_elsewhere_are_enough(store: Store):
     await at.book.add(make_request(), None)
     for kind in ("elsewhere", "elsewhere", "elsewhere"):
         assert (await at.request("a")).state is not RequestState.FAILED
-        outcome = await at.executor.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+        outcome = await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
         assert outcome.kind == kind
     assert (await at.request("a")).state is RequestState.FAILED
     assert at.robot.count(NavigateToGoal) == 9
@@ -126,7 +131,7 @@ async def test_a_drive_that_nobody_wants_any_more_is_broken_off(store: Store):
     robot = HangingRobot()
     at = await scene(store, robot)
     await at.book.add(make_request(), None)
-    drive = asyncio.create_task(at.executor.execute("goto-pickup-loc", ["mitchell", "r-5303"]))
+    drive = asyncio.create_task(at.execute("goto-pickup-loc", ["mitchell", "r-5303"]))
     await robot.driving.wait()
     request = at.book.find("a")
     assert request is not None
@@ -142,7 +147,7 @@ async def test_a_step_that_was_open_at_the_end_is_ended_at_the_beginning(tmp_pat
     async with Store(tmp_path) as store:
         at = await scene(store, HangingRobot())
         await at.book.add(make_request(), None)
-        step = asyncio.create_task(at.executor.execute("acquire-item", ["r-5303", *MAIL]))
+        step = asyncio.create_task(at.execute("acquire-item", ["r-5303", *MAIL]))
         await at.robot.driving.wait()
         step.cancel()
         await asyncio.gather(step, return_exceptions=True)
