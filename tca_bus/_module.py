@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Any, TypeVar
 
 from tca_bus._context import Context, TaskContext
@@ -16,9 +16,11 @@ from tca_bus._messages import (
     Inform,
     Message,
     MessageClass,
+    MultiQuery,
     Query,
     TaskMessage,
 )
+from tca_bus._multi import ask_all
 from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
@@ -99,6 +101,17 @@ class Module(PlainMessages):
             kind.wire_name, encode_message(message), to=to, timeout=timeout
         )
         return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+
+    def query_all(self, message: MultiQuery[R], *, timeout: float = 10.0) -> AsyncIterator[R]:
+        """Ask all modules that handle the message; the answers come fastest first.
+
+        One that fails does not keep the others from answering.
+
+        Raises:
+            NoHandlerError: No module here handles it.
+            ExceptionGroup: After all answers: what those who gave none failed with.
+        """
+        return ask_all(self._parts.caller, message, timeout)
 
     async def inform(self, message: Inform) -> None:
         """Tell all modules that handle the message; returns when it is sent.

@@ -60,6 +60,7 @@ class Parts:
         self.worker = TaskWorker(self.core, self.handlers, self.sender, self.task_context)
         self.sim_time = SimTimeLink(self.core, self.topics)
         self._token: zenoh.LivelinessToken | None = None
+        self._announced = ""
 
     @property
     def me(self) -> PresentModule:
@@ -99,10 +100,11 @@ class Parts:
 
     def announce(self) -> None:
         """Declare the liveliness token, in place of the one before."""
-        old = self._token
-        live = self.core.session.zenoh.liveliness()
         key = self.core.keys.presence(self.me)
-        self._token = live.declare_token(key)
+        if key == self._announced:
+            return
+        old, self._announced = self._token, key
+        self._token = self.core.session.zenoh.liveliness().declare_token(key)
         self.core.presence.add(key)
         if old is not None:
             old.undeclare()

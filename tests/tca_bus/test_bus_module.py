@@ -17,6 +17,7 @@ from tca_bus import (
     Inform,
     InvalidMessageError,
     Module,
+    MultiQuery,
     NoHandlerError,
     Query,
     RefusedError,
@@ -48,6 +49,10 @@ class Echo(Query[str]):
 
 class Wait(Query[None]):
     number: int
+
+
+class Survey(MultiQuery[str]):
+    pass
 
 
 class Note(Inform):
@@ -287,6 +292,63 @@ async def test_the_newest_of_two_modules_of_one_name_answers(options):
         await asyncio.sleep(0.002)
         async with server("new"), Module("asker", options=options) as asker:
             assert await asker.query(Echo(text="")) == "new"
+
+
+async def test_a_query_to_all_gets_every_answer_the_fastest_first(options):
+    gate = asyncio.Event()
+
+    def server(name, answer):
+        module = Module(name, options=options)
+        module.serve(Survey, answer)
+        return module
+
+    async def quick(message, context):
+        return "quick"
+
+    async def slow(message, context):
+        await gate.wait()
+        return "slow"
+
+    async def broken(message, context):
+        raise TaskError("broken", "no answer from here")
+
+    async with (
+        server("a", slow),
+        server("b", quick),
+        server("c", broken),
+        Module("asker", options=options) as asker,
+    ):
+        answers = asker.query_all(Survey())
+        assert await anext(answers) == "quick"
+        gate.set()
+        assert await anext(answers) == "slow"
+        with pytest.raises(ExceptionGroup) as caught:
+            await anext(answers)
+        assert caught.group_contains(HandlerFailedError, match="broken")
+
+
+async def test_a_query_to_all_of_none_says_so(options):
+    async with Module("asker", options=options) as asker:
+        with pytest.raises(NoHandlerError):
+            await anext(asker.query_all(Survey()))
+
+
+async def test_listening_to_a_broadcast_does_not_change_what_is_announced(options):
+    async with (
+        Module("hearer", options=options) as hearer,
+        Module("watcher", options=options) as watcher,
+        watcher.watch_modules() as changes,
+    ):
+
+        @hearer.handler(Scan)
+        async def scan(message, context):
+            pass
+
+        first = {(await changes.get()).module.name for _ in range(2)}
+        assert first == {"hearer", "watcher"}
+        await watcher.query(Describe(), to="hearer")
+        assert watcher._parts.core.presence.table.next_expiry() == float("inf")
+        assert changes.waiting == 0
 
 
 async def test_realms_do_not_meet(options):
