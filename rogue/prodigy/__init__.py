@@ -34,16 +34,20 @@ from rogue.prodigy._events import (
 )
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._load import load_domain, load_problem
+from rogue.prodigy._meta_predicates import MetaPredicate
 from rogue.prodigy._options import Mode, PollPoint, SearchOptions
 from rogue.prodigy._parse_domain import parse_domain
 from rogue.prodigy._parse_problem import parse_literal, parse_problem
 from rogue.prodigy._problem import Problem
+from rogue.prodigy._render import render_tree
 from rogue.prodigy._result import SearchResult, Status
 from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule, RuleSet
-from rogue.prodigy._search import Search, solve
+from rogue.prodigy._search import Search
+from rogue.prodigy._solve import solve
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal, Value
 from rogue.prodigy._types import Objects
+from rogue.prodigy._validate import PlanFault, validate_plan
 from rogue.prodigy._view import SearchView
 
 __all__ = [
@@ -64,12 +68,14 @@ __all__ = [
     "Instance",
     "Literal",
     "LiteralError",
+    "MetaPredicate",
     "Mode",
     "NodeKind",
     "NodeView",
     "Objects",
     "Operator",
     "PdlError",
+    "PlanFault",
     "Poll",
     "PollPoint",
     "Position",
@@ -95,5 +101,7 @@ __all__ = [
     "parse_domain",
     "parse_literal",
     "parse_problem",
+    "render_tree",
     "solve",
+    "validate_plan",
 ]

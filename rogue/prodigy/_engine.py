@@ -171,18 +171,16 @@ class Engine:
         """Close what cannot succeed because ``node`` failed whatever the order of steps.
 
         An operator all of whose bindings failed so is closed, then its goal, then the operator
-        that needs the goal with everything below it, and so on upwards.
+        that needs the goal with everything below it, and so on upwards, as far as the state is
+        the same: in the state before an application the goal may still be within reach.
         """
+        applied = _newest_applied(node)
         node.structural = True
         while node.structural:
             if node.kind is NodeKind.GOAL and node.needed_by:
-                node = node.needed_by[0]
-                for lower in [n for n in self.tree.open if n.depth >= node.depth]:
-                    self.tree.close(lower)
-                node.structural = True
-                node.failure = node.failure or "requires an unsolvable precondition"
+                node = self._give_up(node.needed_by[0], applied)
             above = node.parent
-            if above is None or above.kind not in {NodeKind.OPERATOR, NodeKind.GOAL}:
+            if above is None or node is applied or above.kind is NodeKind.APPLIED:
                 return
             node = above
             node.structural = not (node.instances or node.operators) and all(
@@ -190,6 +188,14 @@ class Engine:
             )
             if node.structural:
                 self.tree.close(node)
+
+    def _give_up(self, consumer: Node, applied: Node) -> Node:
+        top = consumer if consumer.depth > applied.depth else applied
+        for lower in [n for n in self.tree.open if n.depth >= top.depth]:
+            self.tree.close(lower)
+        top.structural = True
+        top.failure = top.failure or "requires an unsolvable precondition"
+        return top
 
     def _must_execute(self, node: Node) -> bool:
         is_applied = node.kind is NodeKind.APPLIED and node.parent is not None
@@ -335,3 +341,9 @@ class Engine:
             self._hopeless,
         )
         return self.result
+
+
+def _newest_applied(node: Node) -> Node:
+    while node.kind is not NodeKind.APPLIED and node.parent is not None:
+        node = node.parent
+    return node

@@ -153,7 +153,8 @@ class Expander:
         if self._mode is Mode.SABA:
             return ready
         newest = next((n for n in tail.live() if n is not tail.finish), None)
-        return [n for n in ready if n is newest]
+        # Nothing to back-chain on and the newest blocked: it waits for an older one.
+        return ready if not tail.pending() else [n for n in ready if n is newest]
 
     def _is_subgoal(self, view: RunningView, can_apply: bool, can_subgoal: bool) -> bool:
         if not (can_apply and can_subgoal):
@@ -226,14 +227,13 @@ class Expander:
         chosen, links = prefer_candidate(self._rules, choice, self._view(node), candidates)
         if chosen is not None:
             return _Picked(chosen, candidates, fired + links, links[-1].rule)
-        if fired:
-            reason = fired[-1].rule
-        else:
-            reason = "only one" if len(candidates) == 1 else "first"
+        default = "only one" if len(candidates) == 1 else "first"
+        reason = fired[-1].rule if fired else default
         return _Picked(candidates[0], candidates, fired, reason)
 
     def _view(self, node: Node, tail: Tail | None = None) -> RunningView:
-        return RunningView(node, tail or Tail(node.situation, self._tree.needs))
+        tail = tail or Tail(node.situation, self._tree.needs)
+        return RunningView(node, tail, self._tree.objects)
 
     def _note(self, choice: Choice, node: Node, child: Node, picked: _Picked) -> None:
         removed = [e for f in picked.fired if f.action == "reject" for e in f.effect]

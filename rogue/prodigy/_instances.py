@@ -50,11 +50,8 @@ def all_instances(operator: Operator, world: World) -> Iterator[Instance]:
 def regressed(operator: Operator, goal: Literal, world: World) -> Iterator[tuple[Literal, ...]]:
     """Yield, per unifying effect, the plain preconditions that the goal alone makes ground."""
     for _, bound in _unified(operator, goal, world):
-        literals: list[Literal] = []
-        for atom in _plain_atoms(operator.precondition):
-            if all(name in bound for name in atom.variables()):
-                literals.append(atom.ground(bound))
-        yield tuple(literals)
+        plain = _plain_atoms(operator.precondition)
+        yield tuple(a.ground(bound) for a in plain if all(v in bound for v in a.variables()))
 
 
 def _unified(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from rogue.prodigy._domain import Domain, Function
 from rogue.prodigy._errors import PdlError, Position
+from rogue.prodigy._meta_predicates import MetaPredicate
 from rogue.prodigy._parse_domain import parse_domain
 from rogue.prodigy._parse_problem import parse_problem
-from rogue.prodigy._parse_rules import MetaPredicate
 from rogue.prodigy._problem import Problem
 
 

@@ -8,8 +8,9 @@ from rogue.prodigy._domain import Domain, Effect, Function, Operator
 from rogue.prodigy._expressions import TRUE, And, Expression, VariableSpec, atoms
 from rogue.prodigy._forms import as_form, as_word, fail, head, is_variable, parts
 from rogue.prodigy._functions import BUILT_IN
+from rogue.prodigy._meta_predicates import MetaPredicate
 from rogue.prodigy._parse_expression import Scope, Vocabulary
-from rogue.prodigy._parse_rules import MetaPredicate, parse_rules
+from rogue.prodigy._parse_rules import parse_rules
 from rogue.prodigy._reader import Form, Node, Word, read
 from rogue.prodigy._terms import Atom
 from rogue.prodigy._types import TOP_TYPE, TypeTree
@@ -51,7 +52,7 @@ def parse_domain(
     constants = _constants(forms, words)
     operators = _operators(forms, words)
     rules = parse_rules(
-        [f for f in forms if head(f) == "control-rule"], words, operators, meta_predicates or {}
+        [f for f in forms if head(f) == "control-rule"], operators, meta_predicates or {}
     )
     name = _name(forms) or file
     return Domain(name, words.types, operators, words.predicates, known, constants, rules)

@@ -20,7 +20,7 @@ _NO_VARIABLES: frozenset[str] = frozenset()
 
 
 def parse_problem(text: str, domain: Domain, *, file: str = "problem") -> Problem:
-    """Read a problem of ``domain``: ``(create-problem (name ..) (objects ..) (state ..) (goal ..))``.
+    """Read a problem: ``(create-problem (name ..) (objects ..) (state ..) (goal ..))``.
 
     Raises:
         PdlError: At the first thing that is wrong, with line and column.

@@ -35,7 +35,7 @@ class Proof:
     hopeless: Goals = ()
 
 
-class _OutOfBudget(Exception):
+class _OutOfBudgetError(Exception):
     """Too much to look at."""
 
 
@@ -50,7 +50,7 @@ def prove_unsolvable(world: World, alternatives: Iterable[Goals], states: int) -
         return Proof(True, "no values for the variables of the goal")
     try:
         missed = _relaxed(world, goal_sets)
-    except _OutOfBudget:
+    except _OutOfBudgetError:
         missed = []
     if missed and all(missed):
         hopeless = tuple(dict.fromkeys(goal for goals in missed for goal in goals))
@@ -96,7 +96,7 @@ def _ground(operators: Iterable[Operator], world: World) -> Iterator[Instance]:
         for instance in all_instances(operator, world):
             made += 1
             if made > MOST_INSTANCES:
-                raise _OutOfBudget
+                raise _OutOfBudgetError
             yield instance
 
 
@@ -117,7 +117,7 @@ def _exhaustive(world: World, goal_sets: list[Goals], states: int) -> Proof:
                     agenda.append(state)
             if len(seen) > states:
                 return Proof(False, gave_up)
-    except _OutOfBudget:
+    except _OutOfBudgetError:
         return Proof(False, gave_up)
     return Proof(True, f"proved unsolvable: none of the {len(seen)} states in reach has the goals")
 

@@ -40,9 +40,7 @@ class Form:
     position: Position
 
     def __str__(self) -> str:
-        words: list[str] = []
-        for item in self.items[:4]:
-            words.append(item.text if isinstance(item, Word) else "(...)")
+        words = [i.text if isinstance(i, Word) else "(...)" for i in self.items[:4]]
         more = " ..." if len(self.items) > len(words) else ""
         return "(" + " ".join(words) + more + ")"
 

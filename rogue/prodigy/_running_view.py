@@ -9,13 +9,15 @@ from rogue.prodigy._nodes import Node
 from rogue.prodigy._state import State
 from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
+from rogue.prodigy._types import Objects, TypeSpec
 
 
 class RunningView:
     """A ``SearchView`` of the node being expanded."""
 
-    def __init__(self, node: Node, tail: Tail) -> None:
+    def __init__(self, node: Node, tail: Tail, objects: Objects) -> None:
         self._node = node
+        self._objects = objects
         self._tail = tail
 
     @property
@@ -55,6 +57,18 @@ class RunningView:
     def ready(self) -> tuple[Instance, ...]:
         """Return the operators that could be applied, newest first, before any rule."""
         return tuple(n.instance for n in self._tail.ready() if n.instance)
+
+    def expanded_goals(self) -> tuple[Literal, ...]:
+        """Return the goals being worked on, oldest first."""
+        return tuple(self._node.situation.expanded)
+
+    def goals(self) -> tuple[Literal, ...]:
+        """Return the goals of the problem now."""
+        return self._tail.goals()
+
+    def objects_of(self, kind: str) -> tuple[str, ...]:
+        """Return the objects of a type, in the order of their declaration."""
+        return self._objects.of(TypeSpec((kind,)))
 
     def tail(self) -> tuple[Instance, ...]:
         """Return the chosen and not yet applied operators of this path, oldest first."""

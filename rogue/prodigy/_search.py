@@ -206,23 +206,3 @@ class Search:
     def _tail(self) -> Tail | None:
         situation = self._engine.current()
         return Tail(situation, self._engine.tree.needs) if situation.tail else None
-
-
-def solve(
-    problem: Problem,
-    options: SearchOptions | None = None,
-    rules: RuleSet | None = None,
-) -> SearchResult:
-    """Search to the end and return the outcome; nothing is executed.
-
-    Raises:
-        SequenceError: If ``options`` ask for execution, which needs a caller that executes.
-        FunctionError: If a function of the domain raises.
-    """
-    if options is not None and options.execute:
-        raise SequenceError("solve() does not execute: drive a Search instead")
-    search = Search(problem, options, rules)
-    for _ in search.events():
-        pass
-    assert search.result is not None
-    return search.result

@@ -46,6 +46,10 @@ class Tail:
         holds = self._situation.state.holds
         return tuple(p for p in self._needs(node) if not holds(p))
 
+    def goals(self) -> tuple[Literal, ...]:
+        """Return the goals of the problem."""
+        return self._needs(self.finish) if self.finish else ()
+
     def live(self) -> list[Node]:
         """Return the operators that matter, *finish* included, newest first."""
         return sorted(self._live, key=lambda node: -node.number)

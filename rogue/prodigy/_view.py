@@ -40,5 +40,14 @@ class SearchView(Protocol):
     def ready(self) -> tuple[Instance, ...]:
         """Return the operators that could be applied, newest first, before any rule."""
 
+    def expanded_goals(self) -> tuple[Literal, ...]:
+        """Return the goals being worked on, oldest first."""
+
+    def goals(self) -> tuple[Literal, ...]:
+        """Return the goals of the problem now."""
+
+    def objects_of(self, kind: str) -> tuple[str, ...]:
+        """Return the objects of a type, in the order of their declaration."""
+
     def tail(self) -> tuple[Instance, ...]:
         """Return the chosen and not yet applied operators of this path, oldest first."""
