@@ -30,8 +30,8 @@ from xavier_sim.world import UnknownDoorError
 
 MODULE = "xavier"
 
-SAVE_EVERY = 1.0
-"""Wall seconds between snapshots."""
+SAVE_AFTER = 1.0
+"""Wall seconds after which a world that stands still is saved as it is."""
 
 
 class RobotModule:
@@ -142,12 +142,11 @@ class RobotModule:
             await self._send_sensors()
 
     async def _tick(self, speed: float, turn_rate: float) -> None:
-        wall = time.monotonic()
-        if self._state.must_save or wall - self._saved_at > SAVE_EVERY:
+        if self._state.must_save:
             await self._save()
         self._state.world.step(speed, turn_rate)
         self._changed = True
-        if self._demands.reached(self._state.now, wall):
+        if self._demands.reached(self._state.now, time.monotonic()):
             self._news.hurry()
 
     async def _send_sensors(self) -> None:
@@ -162,7 +161,7 @@ class RobotModule:
         await self._module.broadcast(SimulatedTime(time=now, speed=self._state.speed))
 
     async def _save_if_old(self, wall: float) -> None:
-        if self._changed and wall - self._saved_at > SAVE_EVERY:
+        if self._changed and wall - self._saved_at > SAVE_AFTER:
             await self._save()
 
     async def _save(self) -> None:

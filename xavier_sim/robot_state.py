@@ -8,11 +8,9 @@ from xavier_sim.simulated_time import SimClock
 from xavier_sim.snapshots import Saved
 from xavier_sim.world import World
 
-LOCKSTEP_RESERVE = 100
-"""Ticks that lockstep may go on after the world was saved, before it must be saved again."""
-
-PACED_RESERVE = 2.0
-"""The same for a paced world, in wall seconds."""
+RESERVE = 10
+"""Ticks that the world may go on after it was saved, before it must be saved again: one that was
+killed falls back by no more than the way of a second."""
 
 
 class RobotState:
@@ -26,8 +24,6 @@ class RobotState:
 
     def __init__(self, world: World, clock: SimClock, *, speed: float | None) -> None:
         self.world, self.clock, self.speed = world, clock, speed
-        wanted = LOCKSTEP_RESERVE if speed is None else round(PACED_RESERVE * speed / TICK)
-        self._reserve = max(wanted, 10)
         self.tick_limit = world.tick
 
     @property
@@ -42,7 +38,7 @@ class RobotState:
 
     def saved(self) -> Saved:
         """What to keep now; the next `tick_limit` is in it, and counts once it is on disk."""
-        limit = self.world.tick + self._reserve
+        limit = self.world.tick + RESERVE
         snapshot = self.world.snapshot()
         return Saved(clock_start=self.clock.start, tick_limit=limit, world=snapshot)
 

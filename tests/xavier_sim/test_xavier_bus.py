@@ -69,7 +69,7 @@ async def test_lockstep_waits_for_the_driver_tick_by_tick():
     async with bus() as options, robot(options) as state:
         driver = StandIn(options, ticks=50)
         async with driver.module:
-            await eventually(lambda: state.world.tick == 50)
+            await eventually(lambda: driver.seen and driver.seen[-1].tick == 50)
             ticks = [sensors.tick for sensors in driver.seen]
             assert sorted(set(ticks)) == list(range(51))
             assert all(sensors.lockstep for sensors in driver.seen)
@@ -167,7 +167,7 @@ async def test_lost_router_stops_time_until_it_is_back():
         tick = state.world.tick
         async with Router(options.connect):
             await eventually(lambda: state.world.tick > tick + 30, timeout=30)
-            assert {sensors.tick for sensors in driver.seen} >= set(range(tick + 30))
+            assert {sensors.tick for sensors in driver.seen} >= set(range(tick + 29))
 
 
 async def test_paced_world_moves_by_itself_and_stops_without_a_driver():
