@@ -32,19 +32,20 @@ def configure_logging(process: str, *, level: str = "info", json: bool = False) 
         wrapper_class=structlog.stdlib.BoundLogger,
         cache_logger_on_first_use=True,
     )
+    root = logging.getLogger()
+    root.handlers[:] = [_handler(shared, json=json)]
+    root.setLevel(level.upper())
+
+
+def _handler(shared: list[Any], *, json: bool) -> logging.Handler:
     handler = logging.StreamHandler(sys.stderr)
+    strip = structlog.stdlib.ProcessorFormatter.remove_processors_meta
     handler.setFormatter(
         structlog.stdlib.ProcessorFormatter(
-            foreign_pre_chain=shared,
-            processors=[
-                structlog.stdlib.ProcessorFormatter.remove_processors_meta,
-                *_renderers(json=json),
-            ],
+            foreign_pre_chain=shared, processors=[strip, *_renderers(json=json)]
         )
     )
-    root = logging.getLogger()
-    root.handlers[:] = [handler]
-    root.setLevel(level.upper())
+    return handler
 
 
 def _shared_processors(process: str | None) -> list[Any]:
