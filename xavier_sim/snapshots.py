@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -67,7 +66,7 @@ class SnapshotFile:
 
     def save(self, saved: Saved) -> None:
         """Replace the snapshot."""
-        write_atomically(self.path, json.dumps(saved.model_dump()))
+        write_atomically(self.path, saved.model_dump_json())
 
     def load(self, *, floor: str) -> Saved | None:
         """The snapshot, None when there is none yet.

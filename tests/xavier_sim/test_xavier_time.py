@@ -264,3 +264,12 @@ def test_world_is_opened_where_it_was_left(tmp_path):
     again, _ = open_world(**wanted, epoch="1997-06-02T09:00+00:00")
     assert again.now > state.now
     assert again.world.truth().metres == state.world.truth().metres
+
+
+def test_world_comes_back_from_disk_bit_for_bit(tmp_path):
+    store = SnapshotFile(tmp_path)
+    state = RobotState(World(PLAN, seed=3), SimClock(1000.0), speed=None)
+    for _ in range(37):
+        state.world.step(0.5, 0.3)
+    store.save(state.saved())
+    assert store.load(floor=PLAN.name).world == state.world.snapshot()
