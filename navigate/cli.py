@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from navigate.floor import Floor
+from navigate.floor import Floor, UnknownRoomError
 from navigate.floorfile import load_plan
-from navigate.messages import PlanRoute, Position, Route, WhereAmI
+from navigate.messages import PlanRoute, Position, Rooms, Route, WhereAmI
 from navigate.routes import NoRouteError, Planner, describe
 from tca_bus import Failure, HandlerFailedError, Module, configure_logging
 from tca_bus.cli import (
@@ -83,7 +84,7 @@ async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
     Args:
         flags: Shared flags.
     """
-    async with Module("navigate-where", options=bus_options(flags)) as module:
+    async with Module(_client_name(), options=bus_options(flags)) as module:
         position = await module.query(WhereAmI())
     if flags.json:
         emit_json(position)
@@ -106,8 +107,16 @@ def _plan_offline(start: str, goal: str, source: str) -> Route:
 
 
 async def _plan_online(start: str, goal: str, flags: BusFlags) -> Route:
-    async with Module("navigate-plan", options=bus_options(flags)) as module:
+    async with Module(_client_name(), options=bus_options(flags)) as module:
+        known = {location.room for location in await module.query(Rooms())}
+        for room in (start, goal):
+            if room.lower() not in known:
+                raise UnknownRoomError(room, sorted(known))
         return await module.query(PlanRoute(start=start, goal=goal))
+
+
+def _client_name() -> str:
+    return f"navigate-{os.getpid()}"
 
 
 def _show_route(route: Route) -> None:

@@ -34,7 +34,7 @@ SPEED_WEIGHT, FREE_WEIGHT, HEADING_WEIGHT = 0.3, 0.8, 1.0
 LOOK_AHEAD = 0.9
 """Seconds over which a turn rate changes the heading that is judged."""
 
-_TURNS: Floats = np.linspace(-0.9, 0.9, 25)
+_TURNS: Floats = 0.075 * np.arange(-12, 13, dtype=np.float64)
 _SHARES: Floats = np.linspace(0.2, 1.0, 6)
 
 

@@ -7,19 +7,21 @@ from functools import cached_property
 
 from navigate.messages import RoomLocation
 from navigate.walls import Floats, Passage, map_passages, wall_segments
-from tca_bus import RefusedError, did_you_mean, near_matches
+from tca_bus import TcaError, did_you_mean, near_matches
 from xavier_sim.messages import FloorPlan, Space, SpaceKind
 
 CENTIMETRES = 100.0
 """Map units (the papers' coordinates) in a metre."""
 
 
-class UnknownRoomError(RefusedError, LookupError):
+class UnknownRoomError(TcaError, LookupError):
     """The map has no such room. ``room`` is what was asked for, ``near`` what looks like it."""
+
+    exit_code = 2
 
     def __init__(self, room: str, known: list[str]) -> None:
         self.room, self.near = room, near_matches(room, known)
-        super().__init__(f"room {room!r}", f"the map has no such room.{did_you_mean(room, known)}")
+        super().__init__(f"the map has no room {room!r}.{did_you_mean(room, known)}")
 
 
 class Floor:
@@ -44,14 +46,16 @@ class Floor:
             UnknownRoomError: no such room.
         """
         try:
-            return self.places[room]
+            return self.places[room.lower()]
         except KeyError:
             raise UnknownRoomError(room, sorted(self.places)) from None
 
     def location(self, room: str) -> RoomLocation:
         """The place of ``room`` in map units, to a tenth of one."""
         x, y = self.place(room)
-        return RoomLocation(room=room, x=round(x * CENTIMETRES, 1), y=round(y * CENTIMETRES, 1))
+        return RoomLocation(
+            room=room.lower(), x=round(x * CENTIMETRES, 1), y=round(y * CENTIMETRES, 1)
+        )
 
     def room_near(self, x: float, y: float, *, within: float = 0.5) -> str | None:
         """The room whose place is nearest to the point, if it is ``within`` metres."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import yaml
 from pydantic import ValidationError
 
 from tca_bus import TcaError, did_you_mean
 from xavier_sim.messages import Corner, FloorPlan, Space
+
+_Loader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 DEFAULT_MAP = "wean5"
 
@@ -35,7 +38,7 @@ def load_plan(source: str | Path | None = None) -> FloorPlan:
     """
     path = _locate(str(source or DEFAULT_MAP))
     try:
-        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+        raw = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - safe ones
         plan = FloorPlan.model_validate(raw)
     except OSError as error:
         raise MapError(str(path), [f"cannot be read: {error.strerror}"]) from error

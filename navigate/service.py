@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from navigate.driver import Drive as Errand
@@ -44,6 +46,15 @@ SENSOR_SECONDS = 30.0
 """Wall seconds that a goal waits for a robot that says nothing yet."""
 
 log = logging.getLogger(__name__)
+
+
+@contextmanager
+def _told_unknown() -> Iterator[None]:
+    """Fail with a name that callers can tell when the map has no such room."""
+    try:
+        yield
+    except UnknownRoomError as error:
+        raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
 
 
 class NavigateService:
@@ -148,16 +159,15 @@ class NavigateService:
         return room or f"({point[0]:.2f}, {point[1]:.2f})"
 
     async def _on_set_position(self, command: SetPosition, _context: TaskContext) -> Position:
-        try:
+        with _told_unknown():
             return self._navigator.set_position(command.room)
-        except UnknownRoomError as error:
-            raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
 
     async def _on_where(self, _query: WhereAmI, _context: Context) -> Position:
         return self._navigator.position()
 
     async def _on_room(self, query: WhereIsRoom, _context: Context) -> RoomLocation:
-        return self._navigator.floor.location(query.room)
+        with _told_unknown():
+            return self._navigator.floor.location(query.room)
 
     async def _on_rooms(self, _query: Rooms, _context: Context) -> list[RoomLocation]:
         floor = self._navigator.floor
@@ -166,10 +176,12 @@ class NavigateService:
     async def _on_plan(self, query: PlanRoute, _context: Context) -> Route:
         navigator = self._navigator
         floor, here = navigator.floor, navigator.estimator.estimate
-        start = floor.place(query.start) if query.start else (here.x, here.y)
+        with _told_unknown():
+            start = floor.place(query.start) if query.start else (here.x, here.y)
+            goal = floor.place(query.goal)
         hindrances = navigator.memory.believed(navigator.time)
         try:
-            steps = navigator.planner.plan(start, floor.place(query.goal), hindrances)
+            steps = navigator.planner.plan(start, goal, hindrances)
         except NoRouteError as error:
             raise TaskError(NavigationFailure.NO_ROUTE, str(error)) from error
         return describe(start, steps)

@@ -1,0 +1,159 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from navigate.cvm import blocked_curvatures, choose, free_arcs
+from navigate.lanes import BERTH, free_ahead, pick_lane
+from navigate.safety import guard
+from navigate.sonarring import ROBOT_RADIUS, bump_direction, wrap
+from navigate.surroundings import Surroundings
+from navigate.view import STOP, View, Wheels
+
+coordinates = st.floats(-3.0, 3.0)
+
+
+def arc(curvature, lengths):
+    """Points on an arc from the origin, ahead along x: the definition, step by step."""
+    if abs(curvature) < 1e-9:
+        return np.column_stack([lengths, np.zeros_like(lengths)])
+    turned = curvature * lengths
+    return np.column_stack([np.sin(turned), 1.0 - np.cos(turned)]) / curvature
+
+
+@settings(deadline=None, max_examples=120)
+@given(coordinates, coordinates, st.floats(0.1, 0.8), st.floats(-3.0, 3.0))
+def test_arcs_meet_circles_as_brute_force_says(x, y, radius, curvature):
+    assume(math.hypot(x, y) > radius + 0.02)
+    assume(abs(curvature) > 1e-3 or curvature == 0.0)
+    once = 2 * math.pi / abs(curvature) if curvature else 8.0
+    lengths = np.linspace(0.0, once, 6001)
+    away = np.hypot(*(arc(curvature, lengths) - [x, y]).T)
+    assume(abs(away.min() - radius) > 0.01)
+    low, high = blocked_curvatures(np.array([x]), np.array([y]), radius)
+    free = free_arcs(np.array([curvature]), np.array([x]), np.array([y]), radius)[0]
+    meets = away.min() < radius
+    if curvature != 0.0 or x > 0.0:
+        assert bool(low[0] < curvature < high[0]) == meets
+    if meets:
+        assert math.isclose(free, lengths[np.argmax(away < radius)], abs_tol=0.01)
+    else:
+        assert math.isinf(free)
+
+
+def test_nothing_around_means_full_speed_towards_the_heading():
+    ahead = choose(np.zeros((0, 2)), 0.0, top_speed=0.6).wheels
+    assert ahead == Wheels(0.6, 0.0)
+    assert choose(np.zeros((0, 2)), 0.5, top_speed=0.6).wheels.turn > 0.3
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.lists(st.tuples(coordinates, coordinates), max_size=20), st.floats(-1.0, 1.0))
+def test_a_choice_can_always_stop_before_what_it_sees(spots, heading):
+    echoes = np.array(spots).reshape(-1, 2)
+    choice = choose(echoes, heading, top_speed=0.6)
+    if choice.wheels.speed > 0.0:
+        assert choice.wheels.speed**2 <= 2 * 0.5 * choice.free
+        curvature = choice.wheels.turn / choice.wheels.speed
+        path = arc(curvature, np.linspace(0.0, min(choice.free, 2.0) - 0.02, 50))
+        hard = echoes[np.hypot(*echoes.T) > ROBOT_RADIUS + 0.1]
+        for spot in hard:
+            assert np.hypot(*(path - spot).T).min() > ROBOT_RADIUS
+
+
+def test_no_way_on_means_stop():
+    wall = np.column_stack([np.full(21, 0.42), np.linspace(-1, 1, 21)])
+    assert choose(wall, 0.0, top_speed=0.6).wheels == STOP
+
+
+@given(st.lists(st.tuples(st.floats(0.2, 3.0), coordinates), max_size=15))
+def test_lanes_are_free_up_to_the_first_echo_in_them(spots):
+    echoes = np.array(spots).reshape(-1, 2)
+    offsets = np.array([-0.5, 0.0, 0.5])
+    for offset, free in zip(offsets, free_ahead(echoes, offsets), strict=True):
+        inside = [x for x, y in spots if abs(y - offset) < BERTH]
+        assert free == (min(inside) - ROBOT_RADIUS if inside else math.inf)
+
+
+def test_the_lane_beside_an_obstacle_is_taken_where_the_floor_is_wide_enough():
+    box = np.array([[1.0, -0.1], [1.0, 0.0], [1.0, 0.1]])
+    assert abs(pick_lane(box, 0.0, -0.8, 0.8).offset) > 0.4
+    assert pick_lane(box, 0.0, -0.2, 0.2).free < 1.0
+    assert pick_lane(box, 0.0, 0.0, 0.8).offset > 0.4
+    assert pick_lane(np.zeros((0, 2)), 0.3, -0.8, 0.8).offset == 0.0
+
+
+def view(*, ranges=None, echoes=(), bump=0):
+    return View(
+        time=0.0,
+        pose=(0.0, 0.0, 0.0),
+        odom=(0.0, 0.0, 0.0),
+        ranges=np.full(24, np.inf) if ranges is None else ranges,
+        fresh=0,
+        bump=bump,
+        echoes=np.array(echoes, dtype=float).reshape(-1, 2),
+    )
+
+
+def test_a_sudden_obstacle_stops_the_wheels_but_not_the_turn():
+    fast = Wheels(0.6, 0.3)
+    assert guard(fast, view(echoes=[(2.0, 0.0)])) == fast
+    assert guard(fast, view(echoes=[(0.45, 0.1)])) == Wheels(0.0, 0.3)
+    assert guard(fast, view(echoes=[(0.45, 0.6)])) == fast
+
+
+def test_in_a_door_only_what_is_straight_ahead_counts():
+    slow = Wheels(0.2, 0.0, narrow=True)
+    jambs = np.full(24, 0.25)
+    jambs[0] = 2.0
+    assert guard(slow, view(ranges=jambs, echoes=[(0.35, 0.28)])) == slow
+    jambs[0] = 0.2
+    assert guard(slow, view(ranges=jambs)).speed == 0.0
+
+
+def test_a_contact_stops_what_pushes_against_it():
+    assert guard(Wheels(0.3, 0.1), view(bump=0b1)) == STOP
+    assert guard(Wheels(-0.1, 0.0), view(bump=0b1)) == Wheels(-0.1, 0.0)
+    assert guard(Wheels(-0.1, 0.0), view(bump=0b10000)) == STOP
+
+
+@given(st.integers(0, 255))
+def test_the_direction_of_a_bump_is_that_of_its_panels(panels):
+    direction = bump_direction(panels)
+    if panels == 0:
+        assert direction is None
+    elif panels.bit_count() == 1:
+        number = panels.bit_length() - 1
+        assert abs(wrap(direction - number * math.pi / 4)) < 1e-9
+
+
+def test_echoes_stay_where_they_were_heard_while_the_robot_moves():
+    ranges = np.full(24, np.inf)
+    ranges[0] = 0.75
+    heard = Surroundings()
+    heard.hear((0.0, 0.0, 0.0), ranges, 1, 0.0)
+    np.testing.assert_allclose(heard.around((0.5, 0.0, 0.0), within=3.0)[0], [0.5, 0.0])
+    turned = heard.around((1.0, -0.5, math.pi / 2), within=3.0)[0]
+    np.testing.assert_allclose(turned, [0.5, 0.0], atol=1e-12)
+
+
+def test_an_echo_goes_when_its_sonar_hears_nothing_more():
+    ranges = np.full(24, np.inf)
+    ranges[3] = 2.0
+    heard = Surroundings()
+    heard.hear((0.0, 0.0, 0.0), ranges, 0xFFFFFF, 0.0)
+    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) == 1
+    heard.hear((0.0, 0.0, 0.0), np.full(24, np.inf), 0xFFFFFF, 0.4)
+    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) == 0
+
+
+def test_near_echoes_are_kept_for_a_few_seconds_and_bounded():
+    heard = Surroundings()
+    for tick in range(300):
+        heard.hear((0.0, 0.0, 0.0), np.full(24, 0.5), 0xFFFFFF, tick * 0.1)
+    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) <= 24 + 80
+    heard.hear((0.0, 0.0, 0.0), np.full(24, np.inf), 0xFFFFFF, 60.0)
+    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) == 0

@@ -1,0 +1,197 @@
+"""Whole drives in the simulated world, in this process."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from navigate_loop import Loop, true_plan, with_box
+
+from navigate.floor import Floor, UnknownRoomError
+from navigate.floorfile import load_plan
+from navigate.messages import NavigationFailure
+from navigate.navigator import Navigator
+from navigate.view import STOP
+
+
+def test_errands_from_room_to_room_arrive_where_they_should():
+    loop = Loop(seed=4)
+    for room in ("r-5303", "r-5313", "r-5302", "r-5408"):
+        drive = loop.drive(room)
+        assert drive.failure is None
+        assert loop.off(room) < 0.25
+        assert loop.astray() < 0.25
+        assert loop.navigator.position().room == room
+    report = loop.navigator.report(drive)
+    assert report.metres == pytest.approx(drive.metres, abs=0.01)
+    assert loop.world.truth().bumps == 0
+
+
+def test_the_same_seed_drives_the_same_way():
+    def run():
+        loop = Loop(seed=7)
+        loop.start("r-5303")
+        loop.rest(150)
+        return loop.world.truth(), loop.navigator.position()
+
+    assert run() == run()
+
+
+def test_a_shut_door_is_waited_for_then_reported_and_remembered():
+    loop = Loop(seed=1)
+    loop.world.set_door("r-5303", is_open=False)
+    drive = loop.drive("r-5303")
+    assert drive.failure.reason is NavigationFailure.DOOR_BLOCKED
+    assert "d-5303" in drive.failure.text
+    assert 40.0 < loop.navigator.report(drive).seconds < 120.0
+    assert loop.world.truth().bumps == 0
+    again = loop.start("r-5303")
+    assert again.done
+    assert again.failure.reason is NavigationFailure.NO_ROUTE
+    loop.world.set_door("r-5303", is_open=True)
+    loop.rest(230)
+    assert loop.drive("r-5303").failure is None
+    assert loop.off("r-5303") < 0.25
+
+
+def test_a_door_that_opens_in_time_is_passed():
+    loop = Loop(seed=2)
+    loop.world.set_door("r-5303", is_open=False)
+    ticks = iter(range(10_000))
+
+    def open_later():
+        if next(ticks) == 450:
+            loop.world.set_door("r-5303", is_open=True)
+
+    assert loop.drive("r-5303", each=open_later).failure is None
+    assert loop.off("r-5303") < 0.25
+
+
+def test_what_stands_in_the_corridor_is_passed():
+    loop = Loop(3, with_box(true_plan(), (6.5, 20.5), (7.5, 21.3)))
+    assert loop.drive("r-5303").failure is None
+    assert loop.off("r-5303") < 0.25
+    assert loop.world.truth().bumps == 0
+
+
+def test_a_blocked_corridor_is_driven_round():
+    loop = Loop(1, with_box(true_plan(), (6.4, 17.9), (8.7, 18.6)))
+    drive = loop.drive("r-5302", most=6000)
+    assert drive.failure is None
+    assert loop.off("r-5302") < 0.25
+    assert loop.navigator.report(drive).recoveries == 1
+
+
+def test_a_floor_blocked_off_fails_as_such():
+    loop = Loop(1, with_box(true_plan(), (4.1, 14.0), (12.3, 14.8)))
+    drive = loop.drive("r-5303", most=6000)
+    assert drive.failure.reason is NavigationFailure.CORRIDOR_BLOCKED
+    assert loop.navigator.wheels == STOP
+
+
+def test_a_point_outside_has_no_route_at_once():
+    loop = Loop()
+    drive = loop.navigator.start((-100.0, 0.0), loop.sensors)
+    assert drive.failure.reason is NavigationFailure.NO_ROUTE
+
+
+def test_a_point_that_is_no_place_is_reached():
+    loop = Loop()
+    drive = loop.navigator.start((12.0, 16.5), loop.sensors)
+    while not drive.done:
+        loop.tick()
+    truth = loop.world.truth()
+    assert drive.failure is None
+    assert math.dist((truth.x, truth.y), (12.0, 16.5)) < 0.3
+
+
+def test_cancelled_it_stops():
+    loop = Loop()
+    loop.start("r-5303")
+    loop.rest(40)
+    assert loop.navigator.wheels.speed > 0.2
+    loop.navigator.cancel()
+    loop.rest(10)
+    assert not loop.navigator.busy
+    assert loop.world.reading.speed == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_bump_stops_the_wheels_within_the_tick_and_backs_off():
+    loop = Loop()
+    loop.start("r-5303")
+    loop.rest(40)
+    touched = loop.sensors.model_copy(update={"bump": 0b1, "tick": 1000})
+    assert loop.navigator.step(touched).speed <= 0.0
+    before = loop.world.truth()
+    loop.rest(10)
+    after = loop.world.truth()
+    back = (after.x - before.x) * math.cos(after.theta)
+    back += (after.y - before.y) * math.sin(after.theta)
+    assert back < 0.1
+    assert len(loop.navigator.driver.drive.troubles) == 1
+
+
+def test_told_its_place_it_goes_on_from_there():
+    loop = Loop(seed=3)
+    loop.drive("r-5303")
+    navigator = loop.navigator
+    x, y, theta = navigator.estimator.estimate.pose
+    navigator.estimator.place((x, y + 3.6, theta))
+    assert navigator.set_position("r-5303").room == "r-5303"
+    assert loop.drive("r-5305").failure is None
+    assert loop.off("r-5305") < 0.25
+    with pytest.raises(UnknownRoomError):
+        navigator.set_position("r-1")
+
+
+def test_displaced_unseen_it_notices_and_finds_itself():
+    loop = Loop(seed=1)
+    loop.drive("r-5303")
+    x, y, theta = loop.navigator.estimator.estimate.pose
+    loop.navigator.estimator.place((x, y + 1.0, theta))
+    drive = loop.drive("r-5307", most=6000)
+    assert drive.failure is None
+    assert loop.off("r-5307") < 0.25
+
+
+def test_nonsense_from_the_sonars_ends_as_lost_and_stands():
+    loop = Loop(seed=1)
+    drive = loop.start("r-5303")
+    random = np.random.default_rng(0)
+    tick = loop.sensors.tick
+    for _ in range(2500):
+        if drive.done:
+            break
+        tick += 1
+        noise = random.uniform(1.5, 6.0, 24).astype(np.float32)
+        update = {"sonar": noise, "tick": tick, "time": tick * 0.1 + 1e9}
+        loop.navigator.step(loop.sensors.model_copy(update=update))
+    assert drive.failure.reason is NavigationFailure.LOST
+    assert loop.navigator.wheels == STOP
+
+
+def test_started_again_under_way_it_knows_roughly_where_it_is():
+    loop = Loop(seed=6)
+    loop.start("r-5303")
+    loop.rest(100)
+    kept = loop.navigator.snapshot()
+    for _ in range(15):
+        loop.sensors = loop.sensors.model_copy(update={"tick": loop.world.step(0.2, 0.0).tick})
+    loop.navigator = Navigator(Floor(load_plan()), seed=11)
+    loop.navigator.restore(kept)
+    loop.rest(1)
+    assert loop.astray() < 0.4
+    assert loop.drive("r-5303").failure is None
+    assert loop.off("r-5303") < 0.25
+
+
+def test_odometry_set_anew_makes_it_doubt_but_not_jump():
+    loop = Loop(seed=6)
+    loop.drive("r-5303")
+    before = loop.navigator.position()
+    odom = np.array([90.0, 5.0, 1.0], dtype=np.float32)
+    loop.navigator.step(loop.sensors.model_copy(update={"odom": odom, "tick": 99_999}))
+    after = loop.navigator.position()
+    assert math.dist((before.x, before.y), (after.x, after.y)) < 0.3
+    assert after.deviation > before.deviation

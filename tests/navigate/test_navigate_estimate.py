@@ -1,0 +1,178 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from navigate_loop import true_plan
+
+from navigate.doorframe import DoorFrame
+from navigate.estimate import Estimator
+from navigate.expected import REACH, ExpectedRanges
+from navigate.floor import Floor
+from navigate.floorfile import load_plan
+from navigate.odometry import Motion, motion_between, moved, plausible
+from navigate.sonarring import BEARINGS, RING_RADIUS, wrap
+from navigate.view import View
+from xavier_sim.geometry import build_geometry
+from xavier_sim.profile import XAVIER
+from xavier_sim.rays import RayCaster
+
+TRUE = Floor(true_plan())
+EXPECTED = ExpectedRanges(TRUE, capacity=256)
+GEOMETRY = build_geometry(true_plan())
+CASTER = RayCaster(GEOMETRY.walls, XAVIER.sonar.farthest)
+ALL = (1 << 24) - 1
+poses = st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3.1, 3.1))
+
+
+def ring(x, y, theta):
+    """What 24 perfect sonars read there, cones of 21 rays, doors open."""
+    look = theta + BEARINGS
+    starts = np.column_stack([x + RING_RADIUS * np.cos(look), y + RING_RADIUS * np.sin(look)])
+    spread = np.linspace(-0.19, 0.19, 21)
+    distance, _ = CASTER.cast(np.repeat(starts, 21, axis=0), (look[:, None] + spread).ravel())
+    return distance.reshape(24, 21).min(axis=1)
+
+
+@given(poses, poses)
+def test_motion_takes_one_pose_to_the_other(before, now):
+    there = moved(before, motion_between(before, now))
+    np.testing.assert_allclose(there[:2], now[:2], atol=1e-9)
+    assert abs(wrap(there[2] - now[2])) < 1e-9
+
+
+def test_a_jump_of_odometry_is_no_motion():
+    assert plausible(Motion(0.06, 0.0, 0.1), 0.1)
+    assert plausible(Motion(3.0, 0.0, 0.0), 5.0)
+    assert not plausible(Motion(3.0, 0.0, 0.0), 0.1)
+
+
+def test_expected_ranges_are_near_what_sonars_read():
+    random = np.random.default_rng(1)
+    off = []
+    for _ in range(30):
+        x, y, theta = random.uniform(6.9, 8.2), random.uniform(20, 34), random.uniform(-3, 3)
+        look = theta + BEARINGS
+        opened, shut = EXPECTED.at(
+            x + RING_RADIUS * np.cos(look), y + RING_RADIUS * np.sin(look), look
+        )
+        assert (shut <= opened).all()
+        assert (opened <= REACH).all()
+        off.append(np.abs(opened - np.minimum(ring(x, y, theta), REACH)))
+    assert np.median(off) < 0.06
+    assert np.mean(np.array(off) < 0.2) > 0.8
+
+
+def test_the_table_keeps_no_more_than_its_capacity():
+    small = ExpectedRanges(TRUE, capacity=4)
+    ys = np.linspace(20, 60, 60)
+    first, _ = small.at(np.full(1, 7.5), ys[:1], np.zeros(1))
+    for y in ys:
+        small.at(np.full(1, 7.5), np.full(1, y), np.zeros(1))
+    again, _ = small.at(np.full(1, 7.5), ys[:1], np.zeros(1))
+    assert again == first
+    assert small.filled > 4
+
+
+def test_the_start_is_known():
+    here = Estimator(TRUE).estimate
+    assert math.dist((here.x, here.y), (TRUE.plan.start.x, TRUE.plan.start.y)) < 0.05
+    assert here.deviation < 0.15
+
+
+@settings(deadline=None, max_examples=8)
+@given(st.integers(0, 1000), st.floats(-0.01, 0.01), st.floats(0.97, 1.03))
+def test_sonars_hold_the_estimate_while_odometry_drifts(seed, drift, scale):
+    estimator = Estimator(TRUE, seed=seed)
+    x, y, theta = 7.57, 20.0, math.pi / 2
+    estimator.place((x, y, theta))
+    for step in range(250):
+        y += 0.05
+        estimator.move(Motion(0.05 * scale, 0.0, 0.05 * drift))
+        estimator.sense(ring(x, y, theta), 0x111111 << (step % 4), still=False)
+    here = estimator.estimate
+    assert math.dist((here.x, here.y), (x, y)) < 0.35
+    assert abs(wrap(here.theta - theta)) < 0.1
+    assert not estimator.lost
+    assert here.agreement > 0.6
+
+
+def test_the_same_seed_and_readings_give_the_same_estimate():
+    def run():
+        estimator = Estimator(TRUE, seed=3)
+        for step in range(30):
+            estimator.move(Motion(0.05, 0.0, 0.01))
+            estimator.sense(ring(7.57, 12.0 + 0.05 * step, 1.57), ALL, still=False)
+        return estimator.estimate
+
+    assert run() == run()
+
+
+def test_standing_still_does_not_make_it_surer_and_surer():
+    estimator = Estimator(TRUE, seed=1)
+    estimator.place((7.57, 25.0, 1.57), spread=0.1)
+    readings = ring(7.57, 25.0, 1.57)
+    for step in range(400):
+        estimator.sense(readings, 0x111111 << (step % 4), still=True)
+    assert estimator.estimate.deviation > 0.01
+
+
+def test_it_notices_that_it_is_lost_and_finds_itself():
+    estimator = Estimator(TRUE, seed=2)
+    estimator.place((7.57, 12.0, 0.0))
+    truth = (9.9, 10.2, 0.1)
+    readings = ring(*truth)
+    for _ in range(400):
+        estimator.move(Motion(0.001, 0.0, 0.0))
+        estimator.sense(readings, ALL, still=False)
+        if estimator.lost:
+            break
+    assert estimator.lost
+    assert any(estimator.recover(readings, radius=4.0) for _ in range(5))
+    here = estimator.estimate
+    assert math.dist((here.x, here.y), truth[:2]) < 0.3
+    assert not estimator.lost
+
+
+def test_echoes_from_nowhere_do_not_make_it_lost():
+    random = np.random.default_rng(5)
+    estimator = Estimator(TRUE, seed=5)
+    x, y, theta = 7.57, 20.0, math.pi / 2
+    estimator.place((x, y, theta))
+    for step in range(200):
+        y += 0.05
+        readings = ring(x, y, theta)
+        readings[random.random(24) < 0.1] = np.inf
+        readings[random.random(24) < 0.05] = random.uniform(0.2, 6.5)
+        estimator.move(Motion(0.05, 0.0, 0.0))
+        estimator.sense(readings, 0x111111 << (step % 4), still=False)
+    assert not estimator.lost
+    assert abs(estimator.estimate.x - x) < 0.15
+
+
+def test_jambs_tell_the_middle_of_a_door_better_than_map_and_position():
+    door = Floor(load_plan()).doors["d-5303"]
+    true_middle = TRUE.doors["d-5303"].centre
+    for error in (-0.12, 0.0, 0.12):
+        x, y = true_middle[0] + 1.2, true_middle[1]
+        frame = None
+        while x > true_middle[0] + 0.3:
+            odom = (x, y, math.pi)
+            view = View(
+                time=0.0,
+                pose=(x, y + error, math.pi),
+                odom=odom,
+                ranges=ring(*odom),
+                fresh=ALL,
+                bump=0,
+                echoes=np.zeros((0, 2)),
+            )
+            frame = frame or DoorFrame(door, -1.0, view)
+            frame.measure(view)
+            x -= 0.05
+        _, left, turned = frame.locate((x, y, math.pi))
+        assert abs(left) < 0.04
+        assert abs(turned) < 1e-9
+        assert frame.doubt < 0.05

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from navigate.floor import Floor
+from navigate.floorfile import load_plan
+from navigate.graph import straight
+from navigate.hindrances import CERTAIN, REMEMBER, Memory
+from navigate.routes import Hindrances, NoRouteError, Planner, describe
+from xavier_sim.messages import SpaceKind
+
+FLOOR = Floor(load_plan())
+PLANNER = Planner(FLOOR)
+ROOMS = sorted(FLOOR.places)
+DOORS = sorted(FLOOR.doors)
+rooms = st.sampled_from(ROOMS)
+
+
+def brute_force(start, goal, shut):
+    """Seconds of the best way, by relaxing all links until nothing changes (Bellman-Ford)."""
+    nodes = PLANNER.graph.nodes
+    here, there = (FLOOR.space_at(*point).name for point in (start, goal))
+    if here == there:
+        return straight(math.dist(start, goal))
+    best = [
+        straight(math.dist(start, node.at)) if node.space == here else math.inf for node in nodes
+    ]
+    changed = True
+    while changed:
+        changed = False
+        for link in PLANNER.graph.links:
+            if link.door in shut:
+                continue
+            for one, other in ((link.one, link.other), (link.other, link.one)):
+                if best[one] + link.seconds < best[other] - 1e-12:
+                    best[other], changed = best[one] + link.seconds, True
+    return min(
+        best[i] + straight(math.dist(node.at, goal))
+        for i, node in enumerate(nodes)
+        if node.space == there
+    )
+
+
+@settings(deadline=None, max_examples=40)
+@given(rooms, rooms, st.sets(st.sampled_from(DOORS), max_size=30))
+def test_a_star_finds_what_brute_force_finds(one, other, shut):
+    start, goal = FLOOR.place(one), FLOOR.place(other)
+    best = brute_force(start, goal, shut)
+    try:
+        steps = PLANNER.plan(start, goal, Hindrances(frozenset(shut)))
+    except NoRouteError:
+        assert math.isinf(best)
+    else:
+        assert math.isclose(sum(step.seconds for step in steps), best)
+        assert not {step.door.name for step in steps if step.door} & shut
+        assert steps[-1].to == goal
+
+
+@settings(deadline=None, max_examples=40)
+@given(rooms, rooms)
+def test_routes_stay_on_the_floor_and_off_the_walls(one, other):
+    at = FLOOR.place(one)
+    for step in PLANNER.plan(at, FLOOR.place(other)):
+        for part in range(11):
+            x = at[0] + (step.to[0] - at[0]) * part / 10
+            y = at[1] + (step.to[1] - at[1]) * part / 10
+            assert step.door or FLOOR.free(x, y, clearance=0.3)
+        at = step.to
+
+
+def test_a_goal_in_a_wall_or_outside_has_no_route():
+    for goal in ((-20.0, 3.0), (6.37, 19.6 + 1.8), (1e9, 1e9)):
+        with pytest.raises(NoRouteError, match="no room for the robot"):
+            PLANNER.plan(FLOOR.place("r-5301"), goal)
+
+
+def test_a_goal_in_the_open_is_reached_though_it_is_no_place():
+    steps = PLANNER.plan(FLOOR.place("r-5301"), (20.0, 50.0))
+    assert steps[-1].to == (20.0, 50.0)
+
+
+def test_a_shut_door_leaves_no_route_and_the_error_names_it():
+    with pytest.raises(NoRouteError, match="door d-5303"):
+        PLANNER.plan(
+            FLOOR.place("r-5301"), FLOOR.place("r-5303"), Hindrances(frozenset({"d-5303"}))
+        )
+
+
+def test_a_blocked_place_is_planned_around_and_may_be_left():
+    start, goal = (7.54, 22.0), FLOOR.place("r-5313")
+    near = PLANNER.plan(start, goal)
+    far = PLANNER.plan(start, goal, Hindrances(points=((7.54, 23.0),)))
+    assert sum(step.metres for step in far) > sum(step.metres for step in near) + 10
+    assert any(step.space == "corridor-54" for step in far)
+
+
+def test_from_a_doorway_the_way_leads_straight_out_of_it():
+    door = FLOOR.doors["d-5303"]
+    steps = PLANNER.plan((door.centre[0] + 0.1, door.centre[1]), FLOOR.place("r-5313"))
+    assert steps[0].door == door
+    assert steps[0].space == "corridor-53"
+
+
+def test_a_route_as_a_message_tells_points_doors_and_spaces():
+    start = FLOOR.place("r-5301")
+    route = describe(start, PLANNER.plan(start, FLOOR.place("r-5313")))
+    assert route.via == ["r-5301", "d-5301", "corridor-53", "d-5313", "r-5313"]
+    length = sum(math.dist(a, b) for a, b in zip(route.points, route.points[1:], strict=False))
+    assert math.isclose(route.metres, length, abs_tol=0.05)
+
+
+def test_standoffs_of_corridors_lie_on_their_centre_line():
+    for node in PLANNER.graph.nodes:
+        space = FLOOR.spaces[node.space]
+        if space.kind is SpaceKind.CORRIDOR:
+            assert FLOOR.free(*node.at, clearance=0.9)
+
+
+def test_hindrances_are_remembered_for_a_while():
+    memory = Memory()
+    memory.shut("d-5303", 100.0)
+    memory.blocked((1.0, 2.0), 150.0)
+    assert memory.believed(150.0) == Hindrances(frozenset({"d-5303"}), ((1.0, 2.0),))
+    assert memory.believed(150.0, age=CERTAIN).doors == frozenset()
+    copy = Memory()
+    copy.restore(memory.snapshot())
+    assert copy.believed(151.0) == memory.believed(151.0)
+    assert memory.believed(100.0 + REMEMBER).doors == frozenset()
+    memory.forget_since(120.0)
+    assert memory.believed(151.0).points == ()
+
+
+def test_a_door_that_was_passed_is_not_shut():
+    memory = Memory()
+    memory.shut("d-5303", 100.0)
+    memory.opened("d-5303")
+    assert memory.believed(101.0) == Hindrances()
