@@ -8,12 +8,14 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import Literal
 
 from rogue.directory import Directory
 from rogue.distances import Distances
 from rogue.effects import StepOutcome
 from rogue.messages import DeliveryRequest
-from rogue.prodigy import Literal, Problem, Search
+from rogue.prodigy import Literal as Fact
+from rogue.prodigy import Problem, Search
 from rogue.prodigy.office import (
     Errand,
     Switches,
@@ -52,6 +54,10 @@ class Rules(enum.StrEnum):
         return self is not Rules.WORKING
 
 
+RuleName = Literal["none", "1996", "1998", "working"]
+"""A rule set as it is named on the command line."""
+
+
 def switches(rules: Rules, distances: Distances, find_rooms: FindRooms) -> Switches:
     """Options and control rules of a rule set."""
     match rules:
@@ -70,9 +76,9 @@ def errand(request: DeliveryRequest) -> Errand:
     return Errand(request.user, request.item, request.pickup, request.deliver)
 
 
-def in_room(room: str) -> Literal:
+def in_room(room: str) -> Fact:
     """That the robot is in a room."""
-    return Literal("robot-in-room", (room,))
+    return Fact("robot-in-room", (room,))
 
 
 def new_search(
@@ -86,7 +92,7 @@ def new_search(
     """A search for the requests from what is known of the world."""
     errands = [errand(request) for request in requests]
     state = [fact for one in errands for fact in one.facts()]
-    state += [Literal("robot-has-item", pair) for pair in sorted(facts.tray)]
+    state += [Fact("robot-has-item", pair) for pair in sorted(facts.tray)]
     if facts.room is not None:
         state.append(in_room(facts.room))
     problem = Problem.build(
@@ -110,7 +116,7 @@ def report(search: Search, operator: str, outcome: StepOutcome) -> None:
         search.executed()
     elif operator.startswith("goto-"):
         here = {in_room(outcome.room)} if outcome.room is not None else set()
-        before = {Literal("robot-in-room", args) for args in search.state.tuples("robot-in-room")}
+        before = {Fact("robot-in-room", args) for args in search.state.tuples("robot-in-room")}
         search.executed(added=sorted(here - before), deleted=sorted(before - here))
     else:
         search.executed(added=(), deleted=())

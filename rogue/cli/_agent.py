@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from rogue.agent import AgentOptions, run_agent
 from rogue.cli._folders import default_folder
-from rogue.planning import Rules
+from rogue.planning import RuleName, Rules
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 
@@ -17,7 +17,7 @@ from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 async def agent(
     *,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
-    rules: Rules = Rules.WORKING,
+    rules: RuleName = "working",
     people_directory: Path | None = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -34,5 +34,5 @@ async def agent(
     """
     configure_logging("rogue", level=flags.level, json=flags.json)
     folder = data or default_folder(flags.realm)
-    options = AgentOptions(folder=folder, rules=rules, directory=people_directory)
+    options = AgentOptions(folder=folder, rules=Rules(rules), directory=people_directory)
     await run_agent(options, bus_options(flags))

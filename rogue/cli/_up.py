@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from rogue.cli._folders import default_folder
 from rogue.office import OfficeOptions, People, office_specs
-from rogue.planning import Rules
+from rogue.planning import RuleName, Rules
 from tca_bus import ConfigError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, note
 from tca_bus.launcher import Launcher
@@ -24,7 +24,7 @@ async def up(
     people: People = "auto",
     silence: float | None = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
-    rules: Rules = Rules.WORKING,
+    rules: RuleName = "working",
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the whole office: router, central, robot, speech, navigator and planner.
@@ -55,7 +55,7 @@ async def up(
         speed=speed,
         people=people,
         silence=silence,
-        rules=rules,
+        rules=Rules(rules),
         log_level=flags.level,
     )
     async with Launcher(office_specs(options, bus), bus, console=sys.stderr) as launcher:
