@@ -14,7 +14,7 @@ DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
 APPS = {
     "navigate": "navigate.cli",
     "rogue": "rogue.cli",
-    "tca": "tca_bus.__main__",
+    "tca": "tca_bus.cli.tca",
     "xavier": "xavier_sim.cli",
 }
 COMMAND = re.compile(r"(?:^|uv run |run --rm cli )((?:rogue|tca|navigate|xavier) [^#&|]+)")
