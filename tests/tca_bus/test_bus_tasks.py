@@ -28,11 +28,17 @@ from tca_bus import (
     TimedOutError,
 )
 from tca_bus._central import Central
+from tca_bus._presence import VANISH_GRACE
 from tca_bus.testing import bus, eventually
 
 pytestmark = pytest.mark.bus
 
 VICTIM = Path(__file__).with_name("bus_victim.py")
+
+
+@pytest.fixture(autouse=True)
+def _short_grace(monkeypatch):
+    monkeypatch.setattr("tca_bus._central.RETURN_GRACE", 2 * VANISH_GRACE)
 
 
 class Parcel(BaseModel):
