@@ -213,17 +213,19 @@ class Central:
             raise second_central(self.options.realm, oldest)
 
     async def _settle(self) -> None:
-        """Give modules time to announce themselves to this central before they count as lost."""
+        """Give modules that were here before time to announce themselves to this central."""
         await asyncio.sleep(RETURN_GRACE)
-        self._part_with_modules()
+        present = {module.incarnation for module in self.module.modules()}
+        for incarnation in set(self.tree.holders()) - present:
+            self._part_with(incarnation)
 
     async def _watch_modules(self) -> None:
         async with self.module.watch_modules() as changes:
             async for change in changes:
                 if change.appeared:
                     self._welcome_modules()
-                elif time.monotonic() >= self._settled_at:
-                    self._part_with_modules()
+                else:
+                    self._part_with(change.module.incarnation)
 
     def _welcome_modules(self) -> None:
         present = set(self.module.modules())
@@ -247,12 +249,11 @@ class Central:
             capacities = {p.name: p.capacity for p in card.provides if p.message_class in TASKS}
             self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
 
-    def _part_with_modules(self) -> None:
-        present = {module.incarnation for module in self.module.modules()}
-        for incarnation, name in self.tree.holders().items():
-            if incarnation not in present:
-                logger.warning("module %s is gone", name)
-                self.happen(ProviderLost(_now(), incarnation))
+    def _part_with(self, incarnation: str) -> None:
+        name = self.tree.holders().get(incarnation)
+        if name is not None:
+            logger.warning("module %s is gone", name)
+            self.happen(ProviderLost(_now(), incarnation))
 
     async def _write_batches(self) -> None:
         """Write all that came since the last commit in one transaction, then act on it."""

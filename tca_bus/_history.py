@@ -58,4 +58,6 @@ def end_words(status: TaskStatus) -> tuple[str, str]:
 
 
 def _why(failure: Failure | None) -> str:
-    return failure.sentence() if failure else ""
+    if failure is None:
+        return ""
+    return failure.text if failure.name == "killed" else failure.sentence()

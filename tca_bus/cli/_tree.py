@@ -122,5 +122,6 @@ def _line(status: TaskStatus, now: float) -> str:
     if status.waiting_for:
         parts.append(f"waits for {status.waiting_for}")
     if status.failure:
-        parts.append(status.failure.sentence())
+        killed = status.state == "killed"
+        parts.append(status.failure.text if killed else status.failure.sentence())
     return "  ".join(parts)

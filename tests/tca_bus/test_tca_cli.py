@@ -1,0 +1,295 @@
+"""The ``tca`` command as its users have it: output, complaints and exit codes."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import pytest
+from central_robot import Arrive, Drive, robot
+
+from tca_bus import Module
+from tca_bus._central import Central
+from tca_bus._protocol import FindTask, ListTasks
+from tca_bus.testing import bus, eventually
+
+pytestmark = [pytest.mark.bus, pytest.mark.process]
+
+NO_ROUTER = "tcp/127.0.0.1:1"
+
+
+@dataclass
+class Ran:
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self):
+        return json.loads(self.out)
+
+
+class Office:
+    """A bus with central and a robot, and the command line on it."""
+
+    def __init__(self, options, me):
+        self.options = options
+        self.me = me
+
+    async def start(self, *arguments, **environment):
+        bus_of = {"TCA_CONNECT": self.options.connect, "TCA_REALM": self.options.realm}
+        return await asyncio.create_subprocess_exec(
+            sys.executable,
+            *("-m", "tca_bus", *arguments),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+            env={**os.environ, **bus_of, **environment},
+        )
+
+    async def tca(self, *arguments, **environment):
+        return await finish(await self.start(*arguments, **environment))
+
+
+async def finish(process):
+    out, err = await process.communicate()
+    return Ran(process.returncode, out.decode(), err.decode())
+
+
+@asynccontextmanager
+async def office():
+    async with (
+        bus() as options,
+        Central(options),
+        robot("robot", options),
+        Module("me", options=options) as me,
+    ):
+        await me.wait_for(Drive, "tca.submit", timeout=5.0)
+        yield Office(options, me)
+
+
+async def test_modules_and_messages_are_listed():
+    async with office() as here:
+        listed = (await here.tca("modules", "--json")).json
+        (one,) = [module for module in listed if module["name"] == "robot"]
+        assert list(one) == ["name", "pid", "host", "state", "provides"]
+        assert one["state"] == "ready"
+        assert "drive" in one["provides"]
+        assert "robot" in (await here.tca("modules")).out
+        shown = (await here.tca("messages", "drive", "--json")).json
+        assert shown["message_schema"]["required"] == ["to"]
+        assert "Drive there and back." in (await here.tca("messages")).out
+        unknown = await here.tca("messages", "drve")
+        assert unknown.code == 3
+        assert "Did you mean 'drive'" in unknown.err
+
+
+async def test_queries_and_one_way_messages():
+    async with office() as here:
+        assert (await here.tca("query", "where")).json == "home"
+        assert (await here.tca("inform", "ring", '{"times": 3}')).code == 0
+        await eventually(lambda: rang(here))
+        alone = await here.tca("broadcast", "anything")
+        assert alone.code == 0
+        assert "no module handles" in alone.err
+
+
+async def rang(here):
+    return (await here.me.query_json("where", {})) == "rang 3"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (["query", "where", "{"], 2, "line 1 column 2"),
+        (["query", "where", "[1]"], 2, "expected a JSON object"),
+        (["query", "where", '{"x": 1}'], 2, "x: extra inputs are not permitted"),
+        (["query", "wher"], 3, "Did you mean 'where'"),
+        (["query", "drive"], 2, "use 'tca command drive'"),
+        (["inform", "ring", '{"time": 1}'], 2, "time: no such field, expected times"),
+        (["inform", "ring", '{"times": "x"}'], 2, "times: expected integer, got 'x'"),
+        (["command", "quick", '{"number": -1}'], 1, "-1 is below zero (negative)"),
+        (["command", "quick", "{}"], 2, "number: field required"),
+        (["command", "quik"], 3, "Did you mean 'quick'"),
+        (["goal", "deliver", "{}", "--timeout", "soon"], 2, "--timeout"),
+        (["kill", "nothing"], 1, "no task 'nothing' here"),
+        (["kill", "root"], 7, "the root"),
+        (["tree", "nothing"], 1, "no task 'nothing' here"),
+        (["modul"], 2, "Unknown command"),
+        (["modules", "--realm", "a/b"], 2, "realm is 'a/b'"),
+        (["modules", "--connect", "nowhere"], 2, "a Zenoh endpoint such as"),
+        (["modules", "--config", "missing.toml"], 2, "No such file"),
+        (["central"], 7, "is central there"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else None,
+)
+async def test_bad_input_ends_with_one_clear_line(arguments, code, text):
+    async with office() as here:
+        ran = await here.tca(*arguments)
+        complaints = [line for line in ran.err.splitlines() if line.startswith("error: ")]
+        assert (ran.code, len(complaints)) == (code, 1), ran.err
+        assert text in complaints[0]
+        assert "Traceback" not in ran.err
+
+
+async def test_without_a_router_it_says_how_to_start_one():
+    async with office() as here:
+        ran = await here.tca("modules", TCA_CONNECT=NO_ROUTER)
+        assert ran.code == 5
+        assert "Start one with 'tca router'" in ran.err
+
+
+async def test_tasks_are_sent_waited_for_and_shown():
+    async with office() as here:
+        done = await here.tca("command", "quick", '{"number": 4}')
+        assert (done.code, done.json) == (0, 4)
+        sent = await here.tca("command", "drive", '{"to": "r-5303"}', "--no-wait", "--id", "d1")
+        assert sent.out.strip() == "d1"
+        tree = await here.tca("tree")
+        assert "● drive d1  active" in tree.out
+        assert "✓ quick" in tree.out
+        nodes = (await here.tca("tree", "d1", "--json")).json
+        assert nodes[0]["data"] == {"to": "r-5303"}
+        assert (await here.tca("tree", "--alive", "--json")).json[0]["id"] == "d1"
+        await here.me.inform(Arrive())
+        again = await here.tca("command", "drive", '{"to": "r-5303"}', "--id", "d1", "--json")
+        assert again.json["state"] == "achieved"
+        log = (await here.tca("log", "--json")).json
+        assert [line["event"] for line in log if line["task"] == "d1"] == [
+            "submitted",
+            "dispatched",
+            "started",
+            "handled",
+            "achieved",
+        ]
+        assert "achieved" in (await here.tca("log", "d1", "--last", "0")).out
+
+
+async def test_a_wait_that_is_too_long_ends_and_the_task_goes_on():
+    async with office() as here:
+        ran = await here.tca("command", "drive", '{"to": "x"}', "--timeout", "0.2", "--id", "d1")
+        assert ran.code == 4
+        assert "'tca kill d1' ends it" in ran.err
+        killed = await here.tca("kill", "d1", "--reason", "enough", "--json")
+        assert (killed.code, killed.json["id"]) == (0, "d1")
+        await eventually(lambda: is_killed(here, "d1"))
+
+
+async def is_killed(here, id):
+    return (await here.me.query(FindTask(id=id))).state == "killed"
+
+
+async def test_an_interrupt_kills_the_task_that_was_sent():
+    async with office() as here:
+        process = await here.start("command", "drive", '{"to": "x"}', "--id", "d1")
+        await eventually(lambda: runs(here), timeout=20.0)
+        process.send_signal(signal.SIGINT)
+        ran = await finish(process)
+        assert ran.code == 6
+        assert "interrupted: task d1" in ran.err
+        await eventually(lambda: is_killed(here, "d1"))
+
+
+async def runs(here):
+    return any(status.state == "active" for status in await here.me.query(ListTasks()))
+
+
+async def test_a_killed_task_has_an_exit_code_of_its_own():
+    async with office() as here:
+        process = await here.start("command", "drive", '{"to": "x"}', "--id", "d1")
+        await eventually(lambda: runs(here), timeout=20.0)
+        await here.me.kill("d1", reason="no more")
+        ran = await finish(process)
+        assert ran.code == 6
+        assert "task d1 was killed: no more" in ran.err
+
+
+async def test_the_history_is_followed_line_by_line():
+    async with office() as here:
+        process = await here.start("log", "--follow", "--json")
+        await here.me.execute(Drive(to="x"), id="d1")
+        async with asyncio.timeout(20.0):
+            first = json.loads(await process.stdout.readline())
+        assert (first["task"], first["event"]) == ("d1", "submitted")
+        process.terminate()
+        assert (await finish(process)).code == 0
+
+
+async def test_changes_of_the_tree_are_watched():
+    async with office() as here:
+        await here.me.execute(Drive(to="x"), id="d1")
+        process = await here.start("tree", "--watch", "--json")
+        async with asyncio.timeout(20.0):
+            first = json.loads(await process.stdout.readline())
+            await here.me.kill("d1", reason="no more")
+            while json.loads(await process.stdout.readline())["state"] != "killed":
+                pass
+        assert first["id"] == "d1"
+        process.terminate()
+        assert (await finish(process)).code == 0
+
+
+async def test_doctor_and_status_say_what_is_missing():
+    async with office() as here:
+        status = await here.tca("status", "--json")
+        assert status.code == 1
+        assert status.json["modules"]["central"] == "ready"
+        assert status.json["modules"]["navigate"] == "missing"
+        doctor = await here.tca("doctor")
+        assert doctor.code == 1
+        assert "ok  central: ready" in doctor.out
+        assert "start it with 'navigate run'" in doctor.out
+
+
+async def test_a_reader_that_leaves_is_no_error():
+    async with office() as here:
+        process = await asyncio.create_subprocess_shell(
+            f"{sys.executable} -m tca_bus messages --connect {here.options.connect} "
+            f"--realm {here.options.realm} --json | head -c 10",
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        ran = await finish(process)
+        assert ran.err == ""
+
+
+async def test_flags_beat_the_environment_which_beats_the_file(tmp_path):
+    async with office() as here:
+        file = tmp_path / "tca.toml"
+        file.write_text('realm = "elsewhere"\njson = true\n[tca.log]\nlast = 1\n')
+        named = {"TCA_CONFIG": str(file)}
+        assert len((await here.tca("modules", **named)).json) == 3
+        away = await here.tca("modules", "--realm", "nobody", **named)
+        assert away.json == []
+        file.write_text('relm = "x"\n')
+        ran = await here.tca("modules", "--config", str(file))
+        assert ran.code == 2
+        assert "Did you mean 'realm'" in ran.err
+
+
+async def test_a_router_runs_until_its_parent_is_gone():
+    reading, writing = os.pipe()
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        *("-m", "tca_bus", "router", "--connect", "tcp/127.0.0.1:0"),
+        stderr=asyncio.subprocess.PIPE,
+        pass_fds=[reading],
+        env={**os.environ, "TCA_PARENT_FD": str(reading)},
+    )
+    os.close(reading)
+    async with asyncio.timeout(20.0):
+        assert b"router listens at tcp/127.0.0.1:" in await process.stderr.readline()
+        os.close(writing)
+        assert await process.wait() == 0
+
+
+async def test_a_taken_port_is_named():
+    async with office() as here:
+        ran = await here.tca("router")
+        assert ran.code == 2
+        assert "something listens there already" in ran.err
