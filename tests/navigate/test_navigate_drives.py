@@ -17,7 +17,7 @@ from navigate.view import STOP
 
 def test_errands_from_room_to_room_arrive_where_they_should():
     loop = Loop(seed=4)
-    for room in ("r-5303", "r-5313", "r-5302", "r-5408"):
+    for room in ("r-5303", "r-5302", "r-5304"):
         drive = loop.drive(room)
         assert drive.failure is None
         assert loop.off(room) < 0.25
@@ -177,7 +177,7 @@ def test_started_again_under_way_it_knows_roughly_where_it_is():
     loop.rest(100)
     kept = loop.navigator.snapshot()
     for _ in range(15):
-        loop.sensors = loop.sensors.model_copy(update={"tick": loop.world.step(0.2, 0.0).tick})
+        loop.world.step(0.2, 0.0)
     loop.navigator = Navigator(Floor(load_plan()), seed=11)
     loop.navigator.restore(kept)
     loop.rest(1)

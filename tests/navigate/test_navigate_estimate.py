@@ -82,7 +82,7 @@ def test_the_start_is_known():
     assert here.deviation < 0.15
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=4)
 @given(st.integers(0, 1000), st.floats(-0.01, 0.01), st.floats(0.97, 1.03))
 def test_sonars_hold_the_estimate_while_odometry_drifts(seed, drift, scale):
     estimator = Estimator(TRUE, seed=seed)

@@ -1,0 +1,201 @@
+"""The navigate module on a real bus, with the real robot in lockstep."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import os
+import signal
+import sys
+from contextlib import asynccontextmanager
+
+import pytest
+
+from navigate.floor import Floor
+from navigate.floorfile import load_plan
+from navigate.keeping import StateFile
+from navigate.messages import (
+    NavigateToGoal,
+    PlanRoute,
+    Rooms,
+    SetPosition,
+    WhereAmI,
+    WhereIsRoom,
+)
+from navigate.navigator import Navigator
+from navigate.service import NavigateService
+from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
+from tca_bus._central import Central
+from tca_bus.testing import bus, eventually
+from xavier_sim.floor import load_floor
+from xavier_sim.messages import MoveDoor, Sensors, WhereReally
+from xavier_sim.robot_module import RobotModule
+from xavier_sim.robot_state import RobotState
+from xavier_sim.simulated_time import SimClock
+from xavier_sim.world import World
+
+pytestmark = pytest.mark.bus
+
+
+@asynccontextmanager
+async def running(runner):
+    async with asyncio.TaskGroup() as group:
+        task = group.create_task(runner, name="service")
+        try:
+            yield
+        finally:
+            task.cancel()
+
+
+@asynccontextmanager
+async def office(folder=None):
+    """Router, central, robot and navigator; gives the module that asks them."""
+    async with bus(clock="sim") as options, Central(options):
+        state = RobotState(World(load_floor("wean5"), seed=1), SimClock(1000.0), speed=None)
+        kept = StateFile(folder) if folder else None
+        service = NavigateService(Navigator(Floor(load_plan()), seed=1), options, kept)
+        async with (
+            running(RobotModule(state, None, options).run()),
+            running(service.run()),
+            Module("asker", options=options) as asker,
+        ):
+            await asker.wait_for(NavigateToGoal, WhereReally, timeout=10)
+            yield asker
+
+
+async def test_a_goal_on_the_bus_drives_the_robot_there():
+    async with office() as asker:
+        room = await asker.query(WhereIsRoom(room="r-5302"))
+        handle = await asker.expand(NavigateToGoal(x=room.x, y=room.y))
+        report = await handle.result(timeout=40)
+        truth = await asker.query(WhereReally())
+        assert report.position.room == "r-5302" == truth.room
+        assert math.dist((truth.x, truth.y), (room.x / 100, room.y / 100)) < 0.25
+        assert report.metres == pytest.approx(truth.metres, abs=1.0)
+        assert (await asker.query(WhereAmI())).room == "r-5302"
+
+
+async def test_failures_cross_the_bus_with_their_name_and_report():
+    async with office() as asker:
+        outside = await asker.expand(NavigateToGoal(x=-9000.0, y=0.0))
+        with pytest.raises(TaskFailedError) as caught:
+            await outside.result(timeout=20)
+        assert caught.value.failure.name == "no_route"
+        assert caught.value.failure.data["recoveries"] == 0
+        await asker.query(MoveDoor(room="r-5302", open=False))
+        room = await asker.query(WhereIsRoom(room="r-5302"))
+        blocked = await asker.expand(NavigateToGoal(x=room.x, y=room.y))
+        with pytest.raises(TaskFailedError) as caught:
+            await blocked.result(timeout=40)
+        assert caught.value.failure.name == "door_blocked"
+        assert caught.value.failure.data["metres"] > 5
+
+
+async def test_a_killed_goal_stops_the_robot():
+    async with office() as asker, asker.subscribe(Sensors) as sensed:
+        handle = await asker.expand(NavigateToGoal(x=2187.0, y=7000.0))
+        async for sensors in sensed:
+            if sensors.speed > 0.4:
+                break
+        await handle.kill("changed our mind")
+        with pytest.raises(KilledError):
+            await handle.result(timeout=10)
+        before = await asker.query(WhereReally())
+        after = await asker.query(WhereReally())
+        assert after.tick == before.tick
+        again = await asker.expand(NavigateToGoal(x=before.x * 100, y=before.y * 100))
+        assert (await again.result(timeout=20)).metres < 1.0
+
+
+async def test_questions_about_rooms_routes_and_places():
+    async with office() as asker:
+        rooms = await asker.query(Rooms())
+        assert len(rooms) == 60
+        route = await asker.query(PlanRoute(goal="r-5303"))
+        assert route.via[-1] == "r-5303"
+        for question in (WhereIsRoom(room="r-53033"), PlanRoute(goal="r-53033")):
+            with pytest.raises(HandlerFailedError, match="'r-5303'") as caught:
+                await asker.query(question)
+            assert caught.value.failure.name == "unknown_room"
+        told = await asker.execute(SetPosition(room="r-5303"))
+        assert (await told.result(timeout=10)).room == "r-5303"
+        wrong = await asker.execute(SetPosition(room="lounge"))
+        with pytest.raises(TaskFailedError) as failed:
+            await wrong.result(timeout=10)
+        assert failed.value.failure.name == "unknown_room"
+
+
+async def test_what_it_knows_is_kept_and_read_again(tmp_path):
+    async with office(tmp_path):
+        await eventually((tmp_path / "navigate.json").exists)
+    state = StateFile(tmp_path).load()
+    assert state["map"] == "wean5"
+    navigator = Navigator(Floor(load_plan()))
+    navigator.restore(state)
+    assert navigator.position().time == state["time"]
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", "{", '{"map": "wean5", "pose": [1]}'])
+async def test_a_spoilt_state_is_left_aside(tmp_path, text):
+    (tmp_path / "navigate.json").write_text(text)
+    async with office(tmp_path) as asker:
+        start = load_plan().start
+        position = await asker.query(WhereAmI())
+        assert math.dist((position.x, position.y), (start.x, start.y)) < 0.2
+
+
+async def navigate(*arguments):
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        *("-m", "navigate", *arguments),
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    out, err = await process.communicate()
+    return process.returncode, out.decode(), err.decode()
+
+
+@pytest.mark.process
+async def test_the_command_line_plans_and_tells_where():
+    async with office() as asker:
+        flags = ("--connect", asker.options.connect, "--realm", asker.options.realm)
+        (code, out, _), (_, where, _), (wrong, _, err) = await asyncio.gather(
+            navigate("plan", "r-5301", "r-5313", "--json", *flags),
+            navigate("where", *flags),
+            navigate("plan", "r-5301", "r-53133", *flags),
+        )
+    assert code == 0
+    assert json.loads(out)["via"][-1] == "r-5313"
+    assert "give or take" in where
+    assert wrong == 2
+    assert "Did you mean 'r-5313'" in err
+
+
+@pytest.mark.process
+async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):
+    broken = tmp_path / "floor.yaml"
+    broken.write_text("name: [")
+    (bad, _, says), (gone, _, _), (offline, out, _) = await asyncio.gather(
+        navigate("run", "--map", str(broken)),
+        navigate("where", "--connect", "tcp/127.0.0.1:9"),
+        navigate("plan", "r-5301", "r-5303", "--map", "wean5"),
+    )
+    assert (bad, gone, offline) == (2, 5, 0)
+    assert "is no YAML" in says
+    assert "d-5303" in out
+
+
+@pytest.mark.process
+async def test_the_process_serves_until_it_is_told_to_stop(tmp_path):
+    async with bus() as options, Module("asker", options=options) as asker:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            *("-m", "navigate", "run", "--data", str(tmp_path)),
+            env={**os.environ, "TCA_CONNECT": options.connect, "TCA_REALM": options.realm},
+            stderr=asyncio.subprocess.DEVNULL,
+        )
+        await asker.wait_for(NavigateToGoal, timeout=20)
+        assert len(await asker.query(Rooms())) == 60
+        process.send_signal(signal.SIGTERM)
+        assert await process.wait() == 0
