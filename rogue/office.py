@@ -14,6 +14,9 @@ from tca_bus.launcher import ModulePresent, ProcessSpec, Ready, RouterListening
 
 People = Literal["auto", "keyboard"]
 
+SIDE_BY_SIDE = dict.fromkeys(("xavier", "speech", "navigate"), ("central",))
+"""Those that need only what is named here ready before them, not all that start earlier."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class OfficeOptions:
@@ -37,7 +40,7 @@ class OfficeOptions:
 
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
-    """The processes in the order in which they start: each is ready before the next begins."""
+    """The processes in the order in which they start; the robot's start side by side."""
     map_flags = ["--map", options.map] if options.map else []
     data = ["--data", str(options.data)]
     world = [*map_flags, "--seed", str(options.seed), "--speed", options.speed, *data]
@@ -74,6 +77,7 @@ def _spec(name: str, argv: Sequence[str], ready: Ready, *, terminal: bool = Fals
         name,
         argv,
         ready=ready,
+        after=SIDE_BY_SIDE.get(name),
         stdin="inherit" if terminal else "none",
         output="inherit" if terminal else "log",
     )
