@@ -312,8 +312,9 @@ class Engine:
         goals = self.tree.goal_sets(state)
         proof = prove_unsolvable(self.tree.world(state), goals, self.options.proof_states)
         self._hopeless = proof.hopeless
-        status = Status.UNSOLVABLE if proof.is_proved else Status.LIMIT
-        return status, proof.reason
+        if proof.is_proved:
+            return Status.UNSOLVABLE, proof.reason
+        return Status.LIMIT, f"gave up: no alternatives are left; {proof.reason}"
 
     def plan(self) -> tuple[StepView, ...]:
         """Return the executed operators, or those applied on the path if none are executed."""

@@ -16,6 +16,9 @@ from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
 
 MOST_INSTANCES = 20_000
+"""Instances of operators that are looked at before the proof is given up."""
+CHECKS_A_STATE = 50
+"""Instances checked per state of the budget, on average."""
 
 Goals = tuple[Literal, ...]
 
@@ -101,24 +104,25 @@ def _ground(operators: Iterable[Operator], world: World) -> Iterator[Instance]:
 
 
 def _exhaustive(world: World, goal_sets: list[Goals], states: int) -> Proof:
-    gave_up = "gave up: the search has no alternatives left, which proves nothing"
     try:
         fixed = list(_ground([o for o in world.domain.operators if not _varies(o)], world))
         varying = [o for o in world.domain.operators if _varies(o)]
         seen = {world.state}
-        agenda = deque(seen)
+        agenda, checks = deque(seen), 0
         while agenda:
             now = World(world.domain, world.objects, agenda.popleft())
             if any(all(map(now.state.holds, goals)) for goals in goal_sets):
-                return Proof(False, f"{gave_up}; there is a plan")
-            for state in _successors(now, [*fixed, *_ground(varying, now)]):
+                return Proof(False, "there is a plan")
+            instances = [*fixed, *_ground(varying, now)]
+            checks += len(instances)
+            for state in _successors(now, instances):
                 if state not in seen:
                     seen.add(state)
                     agenda.append(state)
-            if len(seen) > states:
-                return Proof(False, gave_up)
+            if len(seen) > states or checks > states * CHECKS_A_STATE:
+                return Proof(False, "whether there is a plan is not known")
     except _OutOfBudgetError:
-        return Proof(False, gave_up)
+        return Proof(False, "whether there is a plan is not known")
     return Proof(True, f"proved unsolvable: none of the {len(seen)} states in reach has the goals")
 
 

@@ -10,7 +10,7 @@ from rogue.prodigy._grounding import World
 from rogue.prodigy._instances import all_instances, finish_operator
 from rogue.prodigy._options import SearchOptions
 from rogue.prodigy._problem import Problem
-from rogue.prodigy._proof import prove_unsolvable
+from rogue.prodigy._proof import Proof, prove_unsolvable
 from rogue.prodigy._result import SearchResult, Status
 from rogue.prodigy._rules import RuleSet
 from rogue.prodigy._search import Search
@@ -37,36 +37,78 @@ def solve(
     options = options or SearchOptions()
     if options.execute:
         raise SequenceError("solve() does not execute: drive a Search instead")
-    nodes, seconds, proof_states = 0, 0.0, options.proof_states
-    for bound, most, is_last in _attempts(options):
-        left = None if options.time_limit is None else max(0.0, options.time_limit - seconds)
-        share = replace(
-            options,
-            depth_bound=bound,
-            max_nodes=most if most is None else max(1, most - nodes if is_last else most),
-            time_limit=left,
-            proof_states=proof_states,
-        )
-        result = _run(problem, share, rules)
-        nodes, seconds = nodes + result.nodes, seconds + result.seconds
-        if result.status is not Status.LIMIT or is_last or _is_late(options, seconds):
+    attempts = _Attempts(problem, options, rules or RuleSet())
+    for bound, most, is_last in _bounds(options):
+        if attempts.search(bound, most) or is_last:
             break
-        if "no alternatives" in result.reason:
-            proof_states = 0
-    result = replace(result, nodes=nodes, seconds=seconds)
-    if result.status is Status.LIMIT and proof_states and not _is_late(options, seconds):
-        result = _proved(problem, result, proof_states)
-    return result
+    return attempts.result()
 
 
-def _proved(problem: Problem, result: SearchResult, states: int) -> SearchResult:
-    """Return the outcome of a search that gave up, as unsolvable if that can be proved."""
+class _Attempts:
+    """Searches of one problem with ever higher bounds."""
+
+    def __init__(self, problem: Problem, options: SearchOptions, rules: RuleSet) -> None:
+        self._problem = problem
+        self._options = options
+        self._rules = rules
+        self._nodes = 0
+        self._seconds = 0.0
+        self._proof: Proof | None = None
+        self._last: SearchResult | None = None
+
+    def search(self, bound: int | None, most: int | None) -> bool:
+        """Search once; True if another attempt would not do better."""
+        limit = self._options.time_limit
+        share = replace(
+            self._options,
+            depth_bound=bound,
+            max_nodes=most,
+            time_limit=None if limit is None else limit - self._seconds,
+            proof_states=0,
+        )
+        search = Search(self._problem, share, self._rules)
+        for _ in search.events():
+            pass
+        assert search.result is not None
+        self._last = search.result
+        self._nodes += search.result.nodes
+        self._seconds += search.result.seconds
+        return self._is_final(search.result) or _is_exhausted(search)
+
+    def _is_final(self, result: SearchResult) -> bool:
+        limit = self._options.time_limit
+        if result.status is not Status.LIMIT or (limit is not None and self._seconds >= limit):
+            return True
+        if self._proof is None:
+            self._proof = _prove(self._problem, self._options.proof_states)
+        return self._proof.is_proved
+
+    def result(self) -> SearchResult:
+        """Return the outcome of all attempts together."""
+        assert self._last is not None
+        result = replace(self._last, nodes=self._nodes, seconds=self._seconds)
+        if result.status is not Status.LIMIT or self._proof is None:
+            return result
+        if self._proof.is_proved:
+            return _proved(result, self._proof)
+        return replace(result, reason=f"{result.reason}; {self._proof.reason}")
+
+
+def _is_exhausted(search: Search) -> bool:
+    """Say whether nothing is left to try, with no branch cut at the depth bound."""
+    most = search.options.max_nodes
+    was_cut = any(node.failure.startswith("hit depth bound") for node in search.nodes())
+    return not was_cut and (most is None or len(search.nodes()) < most)
+
+
+def _prove(problem: Problem, states: int) -> Proof:
     world = World(problem.domain, problem.objects, problem.state)
     finish = finish_operator(problem.variables, problem.goal)
     goals = (instance.preconditions for instance in all_instances(finish, world))
-    proof = prove_unsolvable(world, goals, states)
-    if not proof.is_proved:
-        return replace(result, reason=f"{result.reason} ({result.nodes} nodes in all)")
+    return prove_unsolvable(world, goals, states)
+
+
+def _proved(result: SearchResult, proof: Proof) -> SearchResult:
     trace = (*result.trace[:-1], proof.reason) if result.trace else ()
     return replace(
         result,
@@ -77,19 +119,7 @@ def _proved(problem: Problem, result: SearchResult, states: int) -> SearchResult
     )
 
 
-def _run(problem: Problem, options: SearchOptions, rules: RuleSet | None) -> SearchResult:
-    search = Search(problem, options, rules)
-    for _ in search.events():
-        pass
-    assert search.result is not None
-    return search.result
-
-
-def _is_late(options: SearchOptions, seconds: float) -> bool:
-    return options.time_limit is not None and seconds >= options.time_limit
-
-
-def _attempts(options: SearchOptions) -> Iterator[tuple[int | None, int | None, bool]]:
+def _bounds(options: SearchOptions) -> Iterator[tuple[int | None, int | None, bool]]:
     """Yield depth bound, nodes and whether it is the last attempt."""
     bound, nodes, spent = FIRST_BOUND, FIRST_NODES, 0
     deepest, most = options.depth_bound, options.max_nodes
@@ -97,4 +127,4 @@ def _attempts(options: SearchOptions) -> Iterator[tuple[int | None, int | None, 
         yield bound, nodes, False
         spent += nodes
         bound, nodes = bound * 3 // 2, nodes * 2
-    yield deepest, most, True
+    yield deepest, None if most is None else most - spent, True

@@ -1,0 +1,212 @@
+"""Domains, problems and control rules as text; errors with their place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rogue.prodigy import (
+    FunctionError,
+    Literal,
+    PdlError,
+    SearchOptions,
+    SearchView,
+    Status,
+    load_domain,
+    parse_domain,
+    parse_literal,
+    parse_problem,
+    solve,
+)
+
+DOMAINS = Path(__file__).parent / "domains"
+BLOCKS = (DOMAINS / "blocks.pdl").read_text()
+TYPES = "(ptype-of room :top-type)\n"
+GO = """(OPERATOR go (params <r>)
+  (preconds ((<r> room)) (free <r>))
+  (effects () ((add (at <r>)))))
+"""
+
+
+def problem(goal: str = "(at a)", state: str = "(free a)", more: str = "") -> str:
+    return f"(create-problem (objects (a b room){more})\n  (state (and {state}))\n  (goal {goal}))"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("(ptype-of room :top-type", "1:25", "expected ')' for '(' at domain:1:1"),
+        (TYPES + ")", "2:1", "found ')'"),
+        ("(ptype-of room building)", "1:16", "expected a type that is declared with ptype-of"),
+        (
+            "(ptype-of a b)\n(ptype-of b a)",
+            "1:13",
+            "expected a supertype that is not its own subtype",
+        ),
+        ("(OPERATER go)", "1:2", "did you mean operator?"),
+        (TYPES + GO.replace("<r> room", "<r> rom"), "3:19", "did you mean room?"),
+        (TYPES + GO.replace("(free <r>)", "(free <q>)"), "3:32", "a variable that is declared"),
+        (
+            TYPES + GO + GO.replace("go", "walk").replace("(at <r>)", "(at <r> <r>)"),
+            "7:21",
+            "1 arg",
+        ),
+        (TYPES + GO.replace("(add", "(ad"), "4:16", "expected add, del, if or forall"),
+        (
+            TYPES + GO.replace("room))", "(and room (near <r>))))"),
+            "3:30",
+            "a registered function",
+        ),
+        (TYPES + GO.replace("(params <r>)", "(params <q>)"), "2:22", "a variable declared in"),
+        (TYPES + "(OPERATOR go (preconds () (p)))", "2:1", "expected (effects ...)"),
+        (TYPES + GO + GO, "5:11", "a name that no operator has yet"),
+        ('(ptype-of "room', "1:11", "that ends the string"),
+        ("#| never ends", "1:1", "'|#' ending the comment"),
+        ("(" * 200, "1:101", "at most 100 levels"),
+        ("(infinite-type n #'nubmerp)", "1:20", "did you mean numberp?"),
+    ],
+)
+def test_an_error_in_a_domain_names_its_place(text: str, place: str, message: str) -> None:
+    with pytest.raises(PdlError) as caught:
+        parse_domain(text)
+    assert str(caught.value).startswith(f"domain:{place}: ")
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        (problem("(at c)"), "3:13", "an object of the problem"),
+        (problem("(att a)"), "3:10", "did you mean at?"),
+        (problem("(at a b)"), "3:9", "1 arguments for at, not 2"),
+        (problem("(at <x>)"), "3:13", "a variable that is declared"),
+        (problem(state="(~ (free a))"), "2:15", "a fact that is true"),
+        (problem(more=" (c rooom)"), "1:40", "did you mean room?"),
+        ("(create-problem (gaol (at a)))", "1:18", "did you mean goal?"),
+        ("(create-problem (objects (a room)))", "1:1", "(goal ...) in the problem"),
+        ("", "1:1", "one problem"),
+    ],
+)
+def test_an_error_in_a_problem_names_its_place(text: str, place: str, message: str) -> None:
+    domain = parse_domain(TYPES + GO)
+    with pytest.raises(PdlError) as caught:
+        parse_problem(text, domain)
+    assert str(caught.value).startswith(f"problem:{place}: ")
+    assert message in str(caught.value)
+    assert caught.value.position.line >= 1
+
+
+def test_a_file_that_is_not_text_is_refused_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "noise.pdl"
+    path.write_bytes(b"(ptype-of a b)\n\xff\xfe")
+    with pytest.raises(PdlError, match=r"noise\.pdl:2:1: found byte 0xff"):
+        load_domain(path)
+
+
+def test_literals_are_read_with_their_sign() -> None:
+    domain = parse_domain(TYPES + GO)
+    assert parse_literal("(AT a)", domain) == Literal("at", ("a",))
+    assert parse_literal("(~ (at a))", domain) == Literal("at", ("a",), False)
+    with pytest.raises(PdlError):
+        parse_literal("(at a) (at b)", domain)
+
+
+NUMBERS = """
+(infinite-type count #'integerp)
+(OPERATOR INC
+  (params <n> <m>)
+  (preconds ((<n> (and count (gen-from-pred (counter <n>))))
+             (<m> (and count (next <n> <m>))))
+    (counter <n>))
+  (effects () ((del (counter <n>)) (add (counter <m>)))))
+"""
+
+
+def successor(n: int, m: int | None = None) -> object:
+    return [n + 1] if m is None else m == n + 1
+
+
+def numbers(function: object) -> object:
+    domain = parse_domain(NUMBERS, functions={"next": function})  # type: ignore[dict-item]
+    text = "(create-problem (state (counter 0)) (goal (counter 1)))"
+    return solve(parse_problem(text, domain), SearchOptions(max_nodes=200))
+
+
+def test_infinite_types_are_generated_by_functions() -> None:
+    domain = parse_domain(
+        NUMBERS, functions={"next": lambda n, m=None: [n + 1] if m is None else m == n + 1}
+    )
+    text = "(create-problem (state (counter 0)) (goal (counter 1)))"
+    result = solve(parse_problem(text, domain))
+    assert result.status is Status.SOLVED
+    assert [step.args for step in result.plan] == [(0, 1)]
+
+
+def test_a_function_that_raises_is_named() -> None:
+    with pytest.raises(FunctionError, match=r"function \(next 0 1\) raised"):
+        numbers(lambda n, m=None: 1 // 0)
+
+
+RULES = """
+(CONTROL-RULE PARCEL-FIRST
+  (if (and (candidate-goal (at parcel <x>)) (~ (true-in-state (at parcel <x>)))))
+  (then select goal (at parcel <x>)))
+(CONTROL-RULE NO-SILLY-ROCKET
+  (if (and (current-operator load) (is-silly <vehicle>)))
+  (then reject bindings ((<r> . <vehicle>))))
+(CONTROL-RULE FLY-RATHER
+  (if (current-goal (rocket-at <r> <p>)))
+  (then prefer operator fly <other>))
+"""
+
+
+def test_control_rules_of_a_text_decide() -> None:
+    asked: list[object] = []
+
+    def is_silly(_view: SearchView, vehicle: object) -> bool:
+        asked.append(vehicle)
+        return False
+
+    domain = parse_domain(
+        (DOMAINS / "rockets.pdl").read_text() + RULES, meta_predicates={"is-silly": is_silly}
+    )
+    text = (DOMAINS / "rockets-two.pdl").read_text()
+    result = solve(parse_problem(text, domain), SearchOptions(level=3))
+    assert result.status is Status.SOLVED
+    assert set(asked) == {"apollo"}
+    fired = "    Firing select goal rule parcel-first to get ((at parcel there))"
+    assert result.trace.index(fired) < result.trace.index("  5   n5 (at parcel there)")
+
+
+def test_a_rule_that_rejects_everything_leaves_no_choice() -> None:
+    rules = RULES + "(CONTROL-RULE NO-LOAD (if (current-goal <g>)) (then reject operator load))"
+    domain = parse_domain(
+        (DOMAINS / "rockets.pdl").read_text() + rules,
+        meta_predicates={"is-silly": lambda _view, _vehicle: False},
+    )
+    result = solve(parse_problem((DOMAINS / "rockets-two.pdl").read_text(), domain))
+    assert result.status is Status.LIMIT
+    assert "there is a plan" in result.reason
+    assert any("...no choices for operators" in line for line in result.trace)
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        (
+            "(if (candidate-gaol (on a b))) (then select goal (on a b))",
+            "did you mean candidate-goal",
+        ),
+        ("(if (candidate-goal (on a b))) (then elect goal (on a b))", "did you mean select"),
+        ("(if (candidate-goal (on a b))) (then select gaol (on a b))", "did you mean goal"),
+        ("(if (current-goal <g>)) (then select operator stak)", "did you mean stack"),
+        ("(if (current-goal)) (then select operator stack)", "1 arguments for current-goal"),
+        ("(if (current-goal <g>))", "a name, (if ...) and (then ...)"),
+    ],
+)
+def test_an_error_in_a_control_rule_names_its_place(rule: str, message: str) -> None:
+    with pytest.raises(PdlError) as caught:
+        parse_domain(f"{BLOCKS}(CONTROL-RULE wrong {rule})", file="rules.pdl")
+    assert caught.value.position.line == BLOCKS.count("\n") + 1
+    assert message in str(caught.value)
