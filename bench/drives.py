@@ -17,9 +17,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from navigate.driver import Drive
 from navigate.floor import Floor
 from navigate.floorfile import load_plan
 from navigate.navigator import Navigator
+from navigate.view import Wheels
+from xavier_sim.floor import load_floor
 from xavier_sim.messages import Sensors
 from xavier_sim.world import Reading, World
 
@@ -79,37 +82,45 @@ def sensors_of(reading: Reading) -> Sensors:
 
 def drive_to(world: World, navigator: Navigator, room: str, tally: Tally) -> None:
     """One drive, added to the tally."""
-    sensors = sensors_of(world.reading)
-    drive = navigator.start(navigator.floor.place(room), sensors)
     before = world.truth()
+    drive = navigator.start(navigator.floor.place(room), sensors_of(world.reading))
     for _ in range(MOST_TICKS):
-        began = time.process_time()
-        wheels = navigator.step(sensors)
-        spent = time.process_time() - began
-        tally.cpu += spent
-        tally.slowest = max(tally.slowest, spent)
-        tally.ticks += 1
+        wheels = timed_step(navigator, sensors_of(world.reading), tally)
         if drive.done:
             break
-        sensors = sensors_of(world.step(wheels.speed, wheels.turn))
-    navigator.cancel()
+        world.step(wheels.speed, wheels.turn)
     after = world.truth()
-    place = world.plan.places[room]
-    error = math.dist((after.x, after.y), (place.x, place.y))
     tally.drives += 1
     tally.metres += after.metres - before.metres
     tally.bumps += after.bumps - before.bumps
     tally.recoveries += len(drive.troubles)
+    judge(world, drive, room, tally)
+    navigator.cancel()
+
+
+def timed_step(navigator: Navigator, sensors: Sensors, tally: Tally) -> Wheels:
+    """One step of the navigator, with its cost added to the tally."""
+    began = time.process_time()
+    wheels = navigator.step(sensors)
+    spent = time.process_time() - began
+    tally.cpu += spent
+    tally.slowest = max(tally.slowest, spent)
+    tally.ticks += 1
+    return wheels
+
+
+def judge(world: World, drive: Drive, room: str, tally: Tally) -> None:
+    """Add to the tally how a drive ended, by the truth."""
+    truth, place = world.truth(), world.plan.places[room]
+    error = math.dist((truth.x, truth.y), (place.x, place.y))
     if drive.failure:
         tally.reasons[drive.failure.reason] += 1
     elif not drive.done:
         tally.reasons["endless"] += 1
-    elif error > ARRIVED:
-        tally.reasons["elsewhere"] += 1
-        tally.errors.append(error)
     else:
-        tally.arrived += 1
         tally.errors.append(error)
+        tally.arrived += error <= ARRIVED
+        tally.reasons.update(["elsewhere"] if error > ARRIVED else [])
 
 
 def shut_doors(world: World, share: float, spare: set[str], random: np.random.Generator) -> None:
@@ -120,7 +131,7 @@ def shut_doors(world: World, share: float, spare: set[str], random: np.random.Ge
 
 def run(drives: int, seed: int, *, shut: float = 0.0, verbose: bool = False) -> Tally:
     """Drive to ``drives`` random rooms one after the other in the world of ``seed``."""
-    world = World(load_plan("xavier_sim/floors/wean5.yaml"), seed)
+    world = World(load_floor("wean5"), seed)
     navigator = Navigator(Floor(load_plan()), seed=seed)
     rooms = sorted(world.plan.places)
     random, tally = np.random.default_rng(seed), Tally()

@@ -34,8 +34,8 @@ GRAZING = 0.42
 FAR = 1e6
 """Stands for no hit: finite, so that it may be multiplied by a zero."""
 
-CAPACITY = 1024
-"""Tiles kept; the oldest is dropped for a new one. Each takes 18 kilobytes."""
+CAPACITY = 3072
+"""Tiles kept, 18 kilobytes each; the oldest is dropped for a new one. A whole floor fits."""
 
 Halves = NDArray[np.float16]
 Singles = NDArray[np.float32]

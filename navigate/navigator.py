@@ -14,7 +14,7 @@ from navigate.hindrances import Memory
 from navigate.messages import NavigationReport, Position
 from navigate.odometry import Motion, Pose, motion_between, plausible
 from navigate.routes import Planner
-from navigate.sonarring import bump_direction
+from navigate.sonarring import bump_direction, heard_ranges
 from navigate.surroundings import Surroundings
 from navigate.view import STOP, View, Wheels
 from navigate.walls import Floats
@@ -57,7 +57,7 @@ class Navigator:
         """Take in what the robot senses at a tick, and answer with the wheels."""
         motion = self._reckon(sensors)
         still = motion.still()
-        self._ranges = sensors.sonar.astype(np.float64)
+        self._ranges = heard_ranges(sensors)
         self.estimator.move(motion)
         self.estimator.sense(self._ranges, sensors.sonar_fresh, still=still)
         self._still_ticks = self._still_ticks + 1 if still else 0

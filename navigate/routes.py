@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
-from navigate.floor import Floor, frame, inset
+from navigate.floor import Floor, frame
 from navigate.graph import CRUISE, Graph, Link, Node, Point, build_graph, straight
 from navigate.messages import Route
 from navigate.walls import Passage
@@ -204,11 +204,6 @@ def remaining(at: Point, steps: list[Step]) -> float:
 def side_of(door: Passage, at: Point) -> float:
     """-1.0 on the side of the door's first space, 1.0 on the other."""
     return 1.0 if frame(door, *at)[0] > 0.0 else -1.0
-
-
-def within(floor: Floor, space: str, at: Point, *, margin: float = 0.0) -> bool:
-    """Whether a point lies in a space by name, ``margin`` metres from its border."""
-    return inset(floor.spaces[space], *at) >= margin
 
 
 def _why(blocked: Hindrances) -> str:

@@ -27,9 +27,12 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.routes import NoRouteError, describe
+from navigate.sonarring import fault_of
+from navigate.view import STOP
 from tca_bus import (
     BusGoneError,
     BusOptions,
+    ClosedError,
     Context,
     Module,
     NoHandlerError,
@@ -71,7 +74,7 @@ class NavigateService:
         self._sensors: Sensors | None = None
         self._heard, self._ended = asyncio.Event(), asyncio.Event()
         self._errand: Errand | None = None
-        self._unheard = 0
+        self._unheard, self._faults = 0, 0
         self.module.serve(Sensors, self._on_sensors)
         self.module.serve(NavigateToGoal, self._on_goal)
         self.module.serve(SetPosition, self._on_set_position)
@@ -93,6 +96,10 @@ class NavigateService:
             await self.module.serve_forever()
 
     async def _on_sensors(self, sensors: Sensors, _context: Context) -> None:
+        if fault := fault_of(sensors):
+            await self._refuse(sensors, fault)
+            return
+        self._faults = 0
         last, self._sensors = self._sensors, sensors
         if last is None or (sensors.tick, sensors.time) != (last.tick, last.time):
             self._navigator.step(sensors)
@@ -101,13 +108,21 @@ class NavigateService:
                 self._ended.set()
         await self._answer(sensors)
 
+    async def _refuse(self, sensors: Sensors, fault: str) -> None:
+        """Stand still on readings that are useless, and say so once."""
+        self._faults += 1
+        if self._faults == 1:
+            log.warning("sensors of tick %d are of no use: %s", sensors.tick, fault)
+        self._navigator.wheels = STOP
+        await self._answer(sensors)
+
     async def _answer(self, sensors: Sensors) -> None:
         """Answer the sensors of a tick; a robot that went away is no reason to end."""
         wheels, busy = self._navigator.wheels, self._navigator.busy
         drive = Drive(tick=sensors.tick, speed=wheels.speed, turn_rate=wheels.turn, busy=busy)
         try:
             await self.module.inform(drive)
-        except (NoHandlerError, BusGoneError) as error:
+        except (NoHandlerError, BusGoneError, ClosedError) as error:
             self._unheard += 1
             if self._unheard == 1:
                 log.warning("nobody takes the wheels' commands: %s", error)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from navigate.walls import Floats
-from xavier_sim.messages import BUMP_PANELS, SONAR_COUNT
+from xavier_sim.messages import BUMP_PANELS, SONAR_COUNT, Sensors
 
 ROBOT_RADIUS = 0.305
 """Metres."""
@@ -33,6 +33,23 @@ SONARS = range(SONAR_COUNT)
 def wrap(angle: float) -> float:
     """The same angle in [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def fault_of(sensors: Sensors) -> str | None:
+    """What makes a reading useless, as a sentence; None when it is sound."""
+    if sensors.sonar.shape != (SONAR_COUNT,):
+        return f"sonar has {len(sensors.sonar)} readings, expected {SONAR_COUNT}"
+    if sensors.odom.shape != (3,) or not np.isfinite(sensors.odom).all():
+        return f"odom is {sensors.odom.tolist()}, expected three finite numbers"
+    if not math.isfinite(sensors.time):
+        return f"time is {sensors.time}, expected a finite number"
+    return None
+
+
+def heard_ranges(sensors: Sensors) -> Floats:
+    """The sonar readings, shape (24,), metres; what is no range counts as no echo."""
+    ranges = sensors.sonar.astype(np.float64)
+    return np.where(ranges >= 0.0, ranges, np.inf)
 
 
 def fresh_sonars(bits: int) -> list[int]:

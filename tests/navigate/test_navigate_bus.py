@@ -29,7 +29,7 @@ from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
 from tca_bus._central import Central
 from tca_bus.testing import bus, eventually
 from xavier_sim.floor import load_floor
-from xavier_sim.messages import MoveDoor, Sensors, WhereReally
+from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally
 from xavier_sim.robot_module import RobotModule
 from xavier_sim.robot_state import RobotState
 from xavier_sim.simulated_time import SimClock
@@ -106,6 +106,44 @@ async def test_a_killed_goal_stops_the_robot():
         assert after.tick == before.tick
         again = await asker.expand(NavigateToGoal(x=before.x * 100, y=before.y * 100))
         assert (await again.result(timeout=20)).metres < 1.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"sonar": [1.0] * 23}, {"odom": [0.0, 0.0]}, {"odom": [0.0, math.nan, 0.0]}],
+)
+async def test_useless_sensors_stop_the_wheels_and_nothing_else(wrong):
+    async with bus() as options, Module("robot", options=options) as robot:
+        service = NavigateService(Navigator(Floor(load_plan())), options)
+        async with running(service.run()), robot.subscribe(Drive) as drives:
+            await robot.wait_for(NavigateToGoal, timeout=10)
+            sound = {
+                "tick": 1,
+                "time": 1.0,
+                "period": 0.1,
+                "lockstep": True,
+                "sonar": [1.0, math.nan, -1.0] + [2.0] * 21,
+                "sonar_fresh": 7,
+                "odom": [0.0, 0.0, 0.0],
+                "speed": 0.0,
+                "turn_rate": 0.0,
+                "bump": 0,
+            }
+            robot.serve(Drive, ignore)
+            await eventually(lambda: "xavierDrive" in provided(robot))
+            for tick, fields in enumerate((wrong, {}, wrong, {})):
+                message = Sensors.model_validate({**sound, **fields, "tick": tick})
+                await robot.broadcast(message)
+                drive = await anext(drives)
+                assert (drive.tick, drive.speed, drive.busy) == (tick, 0.0, False)
+
+
+async def ignore(_drive, _context):
+    pass
+
+
+def provided(module):
+    return {name for other in module.modules() for name in other.provides}
 
 
 async def test_questions_about_rooms_routes_and_places():
