@@ -14,6 +14,7 @@ from rogue.prodigy._instances import DONE, all_instances, finish_operator
 from rogue.prodigy._nodes import Node, Situation
 from rogue.prodigy._problem import Problem
 from rogue.prodigy._state import State
+from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
 
 
@@ -264,19 +265,26 @@ class Tree:
     def change(self, added: Iterable[Literal], deleted: Iterable[Literal]) -> None:
         """Take in a change of the world: it is so from the barrier on, whatever is tried.
 
-        Choices on the path are open again; an applied operator that is no longer ready, and
-        what follows it, is given up.
+        Choices on the path are open again; an applied operator that is no longer ready, or a
+        goal that is no longer wanted, is given up with what follows it.
         """
         path = self.path()
         self.barrier.situation = self.shifted(self.barrier.situation, added, deleted)
         kept = [self.barrier]
         for node in path[1:]:
             above = kept[-1].situation
-            if node.binding is not None and not self.holds_in(node.binding, above):
+            if not self._still_makes_sense(node, above):
                 break
             node.situation = self._derived(node, above)
             kept.append(node)
         self._reopen(kept)
+
+    def _still_makes_sense(self, node: Node, above: Situation) -> bool:
+        if node.binding is not None:
+            return self.holds_in(node.binding, above)
+        if node.kind is NodeKind.GOAL and node.goal != DONE:
+            return node.goal in Tail(above, self.needs).pending()
+        return True
 
     def _reopen(self, path: list[Node]) -> None:
         for node in self.open:
