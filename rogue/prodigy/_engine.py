@@ -259,7 +259,7 @@ class Engine:
             self.tree.extra = [g for g in self.tree.extra if g not in (*goals, *dropped)]
             self.tree.extra.extend(goals)
             self.tree.removed.update(dropped)
-            self.tree.change(added, deleted)
+            self.tree.change(added, deleted, executing=self.awaiting is not None)
             self._changed = True
         self._queue.clear()
 

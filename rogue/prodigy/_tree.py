@@ -262,18 +262,21 @@ class Tree:
             node = node.parent
         return [self.barrier, *reversed(path)]
 
-    def change(self, added: Iterable[Literal], deleted: Iterable[Literal]) -> None:
+    def change(
+        self, added: Iterable[Literal], deleted: Iterable[Literal], *, executing: bool = False
+    ) -> None:
         """Take in a change of the world: it is so from the barrier on, whatever is tried.
 
         Choices on the path are open again; an applied operator that is no longer ready, or a
-        goal that is no longer wanted, is given up with what follows it.
+        goal that is no longer wanted, is given up with what follows it; not so while the last
+        operator of the path is executing.
         """
         path = self.path()
         self.barrier.situation = self.shifted(self.barrier.situation, added, deleted)
         kept = [self.barrier]
         for node in path[1:]:
             above = kept[-1].situation
-            if not self._still_makes_sense(node, above):
+            if not executing and not self._still_makes_sense(node, above):
                 break
             node.situation = self._derived(node, above)
             kept.append(node)
@@ -295,12 +298,12 @@ class Tree:
             if is_choice:
                 node.tried.clear()
                 node.only_apply = False
-            untried = node.operators is None and node.instances is None
-            if (
-                (is_choice and node.parent)
-                or node.operators
-                or node.instances
-                or (not is_choice and untried)
-            ):
+            if node.parent is not None and (is_choice or _has_untried(node)):
                 node.closed = False
                 self.open.append(node)
+
+
+def _has_untried(node: Node) -> bool:
+    """Say whether a goal or operator node was not expanded yet or has candidates left."""
+    left = node.operators if node.kind is NodeKind.GOAL else node.instances
+    return left is None or bool(left)
