@@ -10,6 +10,7 @@ from tca_bus.tasktree import (
     HandlerMissing,
     KillRequested,
     RecordedEvent,
+    Released,
     Reported,
     Submitted,
     Taken,
@@ -28,6 +29,8 @@ def event_words(event: RecordedEvent) -> tuple[str, str]:
         case Submitted(task=task):
             below = f", below {task.parent}" if task.parent else ""
             return "submitted", f"{task.task_class} from {task.sender}{below}"
+        case Released():
+            return "released", f"{event.point.value} of {event.previous}"
         case Dispatched():
             again = f", try {event.attempt}" if event.attempt > 1 else ""
             return "dispatched", f"to {event.module}{again}"

@@ -4,6 +4,7 @@ Semantics: Simmons, *Structured control for autonomous robots* (1994); the trans
 TCM, in which each point of a node waits for a set of other points and is told of each one.
 """
 
+from tca_bus.tasktree._admission import ROOT, check_same
 from tca_bus.tasktree._codec import decode_event, encode_event
 from tca_bus.tasktree._effects import (
     Cancel,
@@ -23,11 +24,12 @@ from tca_bus.tasktree._events import (
     ProviderAppeared,
     ProviderLost,
     RecordedEvent,
+    Released,
     Reported,
     Submitted,
     Taken,
 )
-from tca_bus.tasktree._tree import LOST_PROVIDER_WAIT, ROOT, TOMBSTONE_SECONDS, Tree, check_same
+from tca_bus.tasktree._tree import LOST_PROVIDER_WAIT, TOMBSTONE_SECONDS, Tree
 
 __all__ = [
     "LOST_PROVIDER_WAIT",
@@ -47,6 +49,7 @@ __all__ = [
     "Publish",
     "Record",
     "RecordedEvent",
+    "Released",
     "Reported",
     "Submitted",
     "Taken",

@@ -10,6 +10,7 @@ from tca_bus.tasktree._events import (
     HandlerMissing,
     KillRequested,
     RecordedEvent,
+    Released,
     Reported,
     Submitted,
     Taken,
@@ -19,6 +20,7 @@ _KINDS: dict[str, TypeAdapter[RecordedEvent]] = {
     kind.__name__: TypeAdapter(kind)
     for kind in (
         Submitted,
+        Released,
         Dispatched,
         Taken,
         Reported,

@@ -18,19 +18,20 @@ Edge = tuple[PointOf, PointOf]
 """The first point passes before, or together with, the second."""
 
 
-def edges(node: Node, parent: Node | None, previous: Node | None) -> Iterator[Edge]:
-    """All constraints that come with a new node.
-
-    Args:
-        node: The new node.
-        parent: The node it hangs below; None for the root.
-        previous: Its previous sibling, if it has one.
-    """
+def edges(node: Node, parent: Node | None) -> Iterator[Edge]:
+    """The constraints of a new node with itself and its parent; None for the root."""
     yield from _own_edges(node)
     if parent is not None:
         yield from _parent_edges(node, parent)
-    if previous is not None:
-        yield from _sibling_edges(node, previous)
+
+
+def sibling_edges(node: Node, previous: str) -> Iterator[Edge]:
+    """The constraints of a new node with its previous sibling, by its flags."""
+    flags = _flags(node)
+    if Constraint.SEQ_ACH in flags:
+        yield (previous, Point.END_ACHIEVING), (node.id, Point.START_ACHIEVING)
+    if Constraint.SEQ_PLANNING in flags and node.is_goal:
+        yield (previous, Point.END_PLANNING), (node.id, _start_of_planning(node))
 
 
 def check_flags(task: str, flags: Constraint) -> None:
@@ -97,14 +98,6 @@ def _parent_edges(node: Node, parent: Node) -> Iterator[Edge]:
         yield (node.id, Point.END_PLANNING), (parent.id, Point.END_PLANNING)
     yield (parent.id, Point.START_ACHIEVING), (node.id, Point.START_ACHIEVING)
     yield (node.id, Point.END_ACHIEVING), (parent.id, Point.END_ACHIEVING)
-
-
-def _sibling_edges(node: Node, previous: Node) -> Iterator[Edge]:
-    flags = _flags(node)
-    if Constraint.SEQ_ACH in flags:
-        yield (previous.id, Point.END_ACHIEVING), (node.id, Point.START_ACHIEVING)
-    if Constraint.SEQ_PLANNING in flags and node.is_goal:
-        yield (previous.id, Point.END_PLANNING), (node.id, _start_of_planning(node))
 
 
 def _start_of_planning(node: Node) -> Point:

@@ -8,6 +8,7 @@ from typing import Any
 
 from tca_bus._failure import Failure
 from tca_bus._protocol import Outcome, SubmitTask
+from tca_bus.tasktree._points import Point
 
 LAST_SIBLING = ""
 """Stands for the sibling that was submitted last, whichever that is."""
@@ -17,17 +18,32 @@ LAST_SIBLING = ""
 class Submitted:
     """A module wants a new node.
 
-    ``previous`` is the sibling that it comes after; the tree fills it in unless it is told.
+    ``previous`` is the sibling that it comes after, ``waits`` the points of it that had not
+    passed; the tree fills both in unless it is told.
     """
 
     time: float
     task: SubmitTask
     previous: str | None = LAST_SIBLING
+    waits: tuple[Point, ...] = ()
 
     @property
     def id(self) -> str:
         """The id of the node."""
         return self.task.id
+
+
+@dataclass(frozen=True, slots=True)
+class Released:
+    """A point of the top-level task before this one has passed.
+
+    Recorded with the task that waited, since the other's records are not replayed once it ended.
+    """
+
+    time: float
+    id: str
+    previous: str
+    point: Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +129,14 @@ class ProviderLost:
 
 
 RecordedEvent = (
-    Submitted | Dispatched | Taken | Reported | KillRequested | HandlerLost | HandlerMissing
+    Submitted
+    | Released
+    | Dispatched
+    | Taken
+    | Reported
+    | KillRequested
+    | HandlerLost
+    | HandlerMissing
 )
 """Events that make the tree what it is: replayed in order they give the same tree."""
 

@@ -7,9 +7,17 @@ from collections.abc import Callable, Iterator
 
 from tca_bus._failure import Failure
 from tca_bus._protocol import Existence, Handling, Outcome, TaskState
-from tca_bus.tasktree._constraints import Edge, edges
+from tca_bus.tasktree._constraints import Edge, edges, sibling_edges
 from tca_bus.tasktree._effects import Cancel
-from tca_bus.tasktree._events import Dispatched, HandlerLost, Reported, Submitted, Taken
+from tca_bus.tasktree._events import (
+    Dispatched,
+    HandlerLost,
+    HandlerMissing,
+    Released,
+    Reported,
+    Submitted,
+    Taken,
+)
 from tca_bus.tasktree._node import Node
 from tca_bus.tasktree._points import Point, PointOf
 from tca_bus.tasktree._pools import Pools
@@ -19,8 +27,8 @@ class Machine:
     """The nodes and their transitions.
 
     Each public method is one event on one node; it runs until nothing more follows. ``touched``
-    collects the nodes that changed, ``cancels`` the handlers to stop, ``ended_roots`` the
-    top-level tasks that ended.
+    collects the nodes that changed, ``cancels`` the handlers to stop, ``crossings`` what follows
+    for other top-level tasks, ``ended_roots`` the top-level tasks that ended.
     """
 
     def __init__(self, pools: Pools) -> None:
@@ -28,6 +36,7 @@ class Machine:
         self.pools = pools
         self.touched: dict[str, None] = {}
         self.cancels: list[Cancel] = []
+        self.crossings: list[Released] = []
         self.ended_roots: list[str] = []
         self._agenda: deque[Callable[[], None]] = deque()
         self._now = 0.0
@@ -44,13 +53,37 @@ class Machine:
         if parent is not None:
             parent.children.append(node.id)
             parent.alive[node.id] = None
-        before = self.nodes.get(event.previous) if event.previous else None
-        for edge in edges(node, parent, before):
+        for edge in edges(node, parent):
             self._connect(edge)
+        for edge in sibling_edges(node, event.previous or ""):
+            if edge[0][1] in event.waits:
+                self._connect(edge)
         for point in (Point.START_PLANNING, Point.START_ACHIEVING, Point.START_HANDLING):
             self._later(self._try_point, node, point)
         if parent is not None and not parent.is_alive:
             self._later(self._kill, node, "its parent was killed")
+        self._settle()
+
+    def follow(self, event: Released | Taken | Reported | HandlerLost | HandlerMissing) -> None:
+        """Let happen what an event says of a node that is there."""
+        match event:
+            case Released():
+                self._let_go(event)
+            case Taken():
+                self._take(event)
+            case Reported():
+                self._report(event)
+            case HandlerLost():
+                self._lose(event)
+            case HandlerMissing():
+                self._miss(event)
+
+    def _let_go(self, event: Released) -> None:
+        """A point of the top-level task before it has passed."""
+        node = self.nodes[event.id]
+        self._begin(event.time, node)
+        for target_point in node.open:
+            self._later(self._released, (node.id, target_point), (event.previous, event.point))
         self._settle()
 
     def dispatched(self, event: Dispatched) -> None:
@@ -67,13 +100,13 @@ class Machine:
         self._pass(node, Point.START_HANDLING)
         self._settle()
 
-    def taken(self, event: Taken) -> None:
+    def _take(self, event: Taken) -> None:
         """The module works on it."""
         node = self.nodes[event.id]
         self._begin(event.time, node)
         node.taken, node.started = True, event.time
 
-    def reported(self, event: Reported) -> None:
+    def _report(self, event: Reported) -> None:
         """The handler has ended, in one of three ways."""
         node = self.nodes[event.id]
         self._begin(event.time, node)
@@ -90,7 +123,7 @@ class Machine:
             self._kill(node, "its handler was cancelled by its module")
         self._settle()
 
-    def lost(self, event: HandlerLost) -> None:
+    def _lose(self, event: HandlerLost) -> None:
         """The module that had the node is gone: it fails, or is handled again by the next."""
         node = self.nodes[event.id]
         self._begin(event.time, node)
@@ -104,9 +137,10 @@ class Machine:
             self._fail(node, _failure(node, "module_lost", text, module=event.module))
         self._settle()
 
-    def missing(self, time: float, node: Node) -> None:
+    def _miss(self, event: HandlerMissing) -> None:
         """Nobody came to handle the node."""
-        self._begin(time, node)
+        node = self.nodes[event.id]
+        self._begin(event.time, node)
         text = f"no module came to handle {node.task.name!r}"
         self._fail(node, _failure(node, "no_handler", text))
         self._settle()
@@ -151,11 +185,15 @@ class Machine:
 
     def _connect(self, edge: Edge) -> None:
         (source_id, source_point), (target_id, target_point) = edge
-        source, target = self.nodes[source_id], self.nodes[target_id]
-        if source_point in source.passed or source.has_ended or target_point in target.passed:
+        source, target = self.nodes.get(source_id), self.nodes[target_id]
+        if target_point in target.passed:
             return
+        # A previous sibling that is gone since the record was made is let go by a record too.
+        if source is not None:
+            if source_point in source.passed or source.has_ended:
+                return
+            source.waiters.setdefault(source_point, []).append(edge[1])
         target.open[target_point][edge[0]] = None
-        source.waiters.setdefault(source_point, []).append(edge[1])
 
     def _try_point(self, node: Node, point: Point) -> None:
         if node.open[point] or point in node.passed or not node.is_alive:
@@ -176,7 +214,15 @@ class Machine:
 
     def _signal(self, node: Node, point: Point) -> None:
         for target_id, target_point in node.waiters.pop(point, ()):
-            self._later(self._released, (target_id, target_point), (node.id, point))
+            if self._is_other_root(node, target_id):
+                self.crossings.append(Released(self._now, target_id, node.id, point))
+            else:
+                self._later(self._released, (target_id, target_point), (node.id, point))
+
+    def _is_other_root(self, node: Node, target_id: str) -> bool:
+        target = self.nodes.get(target_id)
+        is_root = target is not None and target.task.parent is None
+        return is_root and node.task.parent is None and target_id != node.id
 
     def _released(self, target: PointOf, source: PointOf) -> None:
         node = self.nodes.get(target[0])

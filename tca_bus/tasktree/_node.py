@@ -70,10 +70,24 @@ class Node:
         return self.existence is Existence.TERMINATED
 
     @property
+    def is_handling(self) -> bool:
+        """Whether a module has it, or was chosen for it."""
+        return self.handling is Handling.HANDLING
+
+    @property
     def is_ready(self) -> bool:
         """Whether its handler may be chosen now."""
         free = self.handling is Handling.UNHANDLED and not self.open[Point.START_HANDLING]
         return self.is_alive and free and not self.restarting
+
+    def ahead(self) -> tuple[Point, ...]:
+        """The ends of its intervals that may still pass."""
+        ends = (Point.END_PLANNING, Point.END_ACHIEVING)
+        return () if self.has_ended else tuple(end for end in ends if end not in self.passed)
+
+    def waits_for(self, other: str, point: Point) -> bool:
+        """Whether any of its points waits for that of another node."""
+        return any((other, point) in points for points in self.open.values())
 
     def state(self) -> TaskState:
         """The one word for the node."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
 
 from tca_bus._errors import NoHandlerError, RefusedError
-from tca_bus._protocol import Constraint, Handling, SubmitTask, TaskStatus
-from tca_bus.tasktree._constraints import check_cycle, check_flags
+from tca_bus._protocol import SubmitTask, TaskStatus
+from tca_bus.tasktree._admission import ROOT, check_submission
 from tca_bus.tasktree._effects import (
     Cancel,
     Dispatch,
@@ -29,6 +28,7 @@ from tca_bus.tasktree._events import (
     ProviderAppeared,
     ProviderLost,
     RecordedEvent,
+    Released,
     Reported,
     Submitted,
     Taken,
@@ -37,9 +37,6 @@ from tca_bus.tasktree._machine import Machine
 from tca_bus.tasktree._node import Node
 from tca_bus.tasktree._pools import Pools
 from tca_bus.tasktree._words import waiting_for
-
-ROOT = "root"
-"""The id that no node may have: it stands for what is above the top-level tasks."""
 
 TOMBSTONE_SECONDS = 60.0
 """How long a kill is remembered that came before its task."""
@@ -69,6 +66,7 @@ class Tree:
         self._last_of_sender: dict[str, str] = {}
         self._tombstones: dict[str, KillRequested] = {}
         self._changed: dict[str, None] = {}
+        self._is_replaying = False
 
     def __contains__(self, id: object) -> bool:
         return id in self._machine.nodes
@@ -100,8 +98,10 @@ class Tree:
         `Ended` for top-level tasks whose end was recorded by its events only.
         """
         effects: list[Effect] = []
+        self._is_replaying = True
         for event in events:
             effects += [e for e in self.apply(event) if isinstance(e, Ended)]
+        self._is_replaying = False
         for node in self._machine.nodes.values():
             node.sequence = max(node.sequence, self._base)
             effects += self._resume(node)
@@ -117,7 +117,7 @@ class Tree:
                 the parent takes no children, or the node could never start.
             NoHandlerError: nobody handles it and it may not wait.
         """
-        self._check_submission(task)
+        check_submission(task, self._machine)
         known = self._pools.names()
         if task.id not in self and task.name not in known and not task.wait_for_handler:
             raise NoHandlerError(task.name, known)
@@ -170,7 +170,7 @@ class Tree:
     def is_current(self, id: str, attempt: int) -> bool:
         """Whether a module has this try of the node now."""
         node = self._machine.nodes.get(id)
-        return node is not None and node.attempt == attempt and _is_handling(node)
+        return node is not None and node.attempt == attempt and node.is_handling
 
     def submission(self, id: str) -> SubmitTask:
         """The submission that made the node.
@@ -207,19 +207,13 @@ class Tree:
         match event:
             case Submitted():
                 self._submit(event)
+            case KillRequested():
+                self._kill(event)
             case Dispatched():
                 self._machine.dispatched(event)
                 effects.append(_dispatch(event))
-            case Taken():
-                self._machine.taken(event)
-            case Reported():
-                self._machine.reported(event)
-            case KillRequested():
-                self._kill(event)
-            case HandlerLost():
-                self._machine.lost(event)
-            case HandlerMissing():
-                self._machine.missing(event.time, self._machine.nodes[event.id])
+            case _:
+                self._machine.follow(event)
         self._count()
         return record
 
@@ -228,19 +222,13 @@ class Tree:
         node = self._machine.nodes.get(event.id)
         match event:
             case Submitted():
-                self._check_submission(event.task)
+                check_submission(event.task, self._machine)
                 return node is None
             case KillRequested():
                 self.check_kill(event.id)
-                return node is None or (node.is_alive if not event.only_below else bool(node.alive))
-            case Dispatched():
-                return node is not None and node.is_ready
-            case HandlerMissing():
-                return node is not None and node.is_ready
-            case Taken():
-                return self.is_current(event.id, event.attempt) and not _was_taken(node)
-            case Reported() | HandlerLost():
-                return self.is_current(event.id, event.attempt)
+                return node is None or bool(node.alive if event.only_below else node.is_alive)
+            case _:
+                return node is not None and _concerns(event, node)
 
     def _record(self, event: RecordedEvent) -> Record:
         parent = event.task.parent if isinstance(event, Submitted) else None
@@ -255,9 +243,12 @@ class Tree:
             return event
         task = event.task
         if task.parent is None:
-            return replace(event, previous=self._last_of_sender.get(task.sender))
-        siblings = self._machine.nodes[task.parent].children
-        return replace(event, previous=siblings[-1] if siblings else None)
+            previous = self._last_of_sender.get(task.sender)
+        else:
+            previous = next(reversed(self._machine.nodes[task.parent].children), None)
+        if previous is None:
+            return replace(event, previous=None)
+        return replace(event, previous=previous, waits=self._machine.nodes[previous].ahead())
 
     def _submit(self, event: Submitted) -> None:
         task = event.task
@@ -278,28 +269,6 @@ class Tree:
         fresh = {id: stone for id, stone in self._tombstones.items() if stone.time >= oldest}
         self._tombstones = {**fresh, event.id: event}
 
-    def _check_submission(self, task: SubmitTask) -> None:
-        existing = self._machine.nodes.get(task.id)
-        if existing is not None:
-            check_same(task, existing.task.name, existing.task.data)
-            return
-        if task.id == ROOT:
-            raise RefusedError(f"task {ROOT!r}", "that id stands for what is above all tasks")
-        check_flags(task.id, Constraint(task.constraints))
-        if task.parent is not None:
-            self._check_parent(task, task.parent)
-
-    def _check_parent(self, task: SubmitTask, parent_id: str) -> None:
-        parent = self._machine.nodes.get(parent_id)
-        if parent is None or parent.has_ended:
-            gone = "is not in the task tree" if parent is None else f"is {parent.state()} already"
-            raise RefusedError(f"task {task.id}", f"its parent {parent_id} {gone}")
-        if parent.is_alive and parent.handling is Handling.UNHANDLED:
-            why = f"its parent {parent_id} is not being handled"
-            raise RefusedError(f"task {task.id}", why)
-        candidate = Node(task, 0.0)
-        check_cycle(candidate, [parent, *self._machine.ancestors(parent)])
-
     def _decide(self, time: float, events: deque[Event], effects: list[Effect]) -> None:
         """Choose the next handler for a node that is ready; start waits where nobody is there.
 
@@ -310,6 +279,9 @@ class Tree:
             attempt = self._machine.nodes[choice.id].attempt + 1
             chosen = Dispatched(time, choice.id, attempt, choice.module, choice.incarnation)
             events.appendleft(chosen)
+        if not self._is_replaying:
+            events.extend(self._machine.crossings)
+        self._machine.crossings.clear()
         for id, number in self._pools.newly_missing():
             seconds = _patience(self._machine.nodes[id])
             if seconds is not None:
@@ -343,7 +315,7 @@ class Tree:
         return effects
 
     def _resume(self, node: Node) -> list[Effect]:
-        if node.handling is not Handling.HANDLING:
+        if not node.is_handling:
             return []
         module, incarnation = node.handler or "", node.incarnation or ""
         effects: list[Effect] = [Dispatch(node.id, node.attempt, module, incarnation)]
@@ -356,19 +328,18 @@ class Tree:
         return node.status(waiting_for(node, self._machine.nodes, self._pools))
 
 
-def check_same(task: SubmitTask, name: str, data: dict[str, Any]) -> None:
-    """Refuse a submission under the id of a task that is another.
-
-    Raises:
-        RefusedError: name or payload differ; it says which.
-    """
-    if task.name != name:
-        why = f"a task of this id exists and is {name!r}, not {task.name!r}"
-        raise RefusedError(f"task {task.id}", why)
-    if task.data != data:
-        fields = sorted(k for k in {*task.data, *data} if task.data.get(k) != data.get(k))
-        why = f"a task of this id exists with other values of {', '.join(fields)}"
-        raise RefusedError(f"task {task.id}", why)
+def _concerns(
+    event: Released | Dispatched | Taken | Reported | HandlerLost | HandlerMissing, node: Node
+) -> bool:
+    match event:
+        case Released():
+            return node.waits_for(event.previous, event.point)
+        case Dispatched() | HandlerMissing():
+            return node.is_ready
+        case Taken() if node.taken:
+            return False
+        case _:
+            return node.is_handling and node.attempt == event.attempt
 
 
 def _patience(node: Node) -> float | None:
@@ -380,11 +351,3 @@ def _patience(node: Node) -> float | None:
 
 def _dispatch(event: Dispatched) -> Dispatch:
     return Dispatch(event.id, event.attempt, event.module, event.incarnation)
-
-
-def _is_handling(node: Node) -> bool:
-    return node.handling is Handling.HANDLING
-
-
-def _was_taken(node: Node | None) -> bool:
-    return node is not None and node.taken

@@ -22,8 +22,10 @@ from tca_bus import (
     TaskError,
     TaskFailedError,
     TaskState,
+    TimedOutError,
 )
 from tca_bus._central import Central
+from tca_bus._journal import JournalError
 from tca_bus._protocol import FindTask, KillTask, ListTasks, ReadLog, SubmitTask
 from tca_bus.testing import bus, eventually
 
@@ -284,3 +286,28 @@ async def test_a_parent_that_saw_a_failure_goes_on():
         await me.wait_for(Chain, timeout=5.0)
         handle = await me.expand(Chain(links=0, number=0))
         assert await handle.result(timeout=5.0) == 1
+
+
+async def serve_with_a_full_disk(central, me):
+    """Serve a task that cannot be written; gives its sending, which must not succeed."""
+
+    async def refuse(*_):
+        raise JournalError("central.db", "the disk is full")
+
+    async with central:
+        await me.wait_for("quick", "tca.submit", timeout=5.0)
+        central.journal.write = refuse
+        me.start(expect_no_acknowledgement(me), name="sending")
+        await central.serve_forever()
+
+
+async def expect_no_acknowledgement(me):
+    with pytest.raises((NoHandlerError, TimedOutError)):
+        await me.execute(Quick(number=1), timeout=2.0)
+
+
+async def test_a_journal_that_cannot_be_written_ends_central_before_it_acknowledges():
+    async with bus() as options, robot("robot", options), Module("me", options=options) as me:
+        with pytest.raises(JournalError, match="the disk is full"):
+            await serve_with_a_full_disk(Central(options), me)
+        await eventually(lambda: "sending" not in {task.get_name() for task in asyncio.all_tasks()})

@@ -440,3 +440,17 @@ def test_a_very_deep_tree_is_killed_without_recursion():
         office.goal(f"n{depth}", f"n{depth - 1}")
     effects = office.apply(KillRequested, "n0", "too deep")
     assert len(only(effects, Cancel)) == 2000
+
+
+def test_a_task_goes_on_after_a_restart_when_the_one_before_it_had_ended():
+    office = Office()
+    office.command("A")
+    office.goal("B")
+    office.command("b1", "B")
+    office.done("B")
+    office.done("A")
+    alive = [event for event in office.records if event.id != "A"]
+    tree = Tree(generation=1)
+    effects = tree.replay(alive)
+    assert only(effects, Dispatch) == [Dispatch("b1", 1, "robot", "r1")]
+    assert tree.status("B").achievement == "achieving"
