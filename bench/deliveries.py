@@ -32,7 +32,7 @@ from xavier_sim.messages import WhereReally
 
 PROCESSES = ("router", "central", "xavier", "speech", "navigate", "rogue")
 SHARE = 47 / 50
-GROWTH = 1.15
+GROWTH = 1.1
 """By how much the last third of a process's memory samples may exceed the middle third."""
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -107,18 +107,18 @@ def report(
 
 
 def report_memory(run: Run) -> list[str]:
-    """Print the memory of each process; the names of those that grew."""
+    """Print the memory of each process as it went; the names of those that grew."""
     grown = []
-    print("process      first    least     most     last  MB")
+    print("MB          first  at 1/3  at 2/3    last    most")
     for name, samples in run.memory.items():
         third = max(1, len(samples) // 3)
         middle, last = max(samples[third : 2 * third] or samples), max(samples[-third:])
         flat = last <= middle * GROWTH
         if not flat:
             grown.append(name)
-        values = (samples[0], min(samples), max(samples), samples[-1])
+        values = (samples[0], samples[third - 1], samples[2 * third - 1], samples[-1], max(samples))
         word = "flat" if flat else "grew"
-        print(f"{name:10s}" + "".join(f"{value:9.1f}" for value in values) + f"  {word}")
+        print(f"{name:9s}" + "".join(f"{value:8.1f}" for value in values) + f"  {word}")
     return grown
 
 

@@ -67,6 +67,7 @@ class Agent:
         self._locations: Locations = {}
         self._episode: Episode | None = None
         self._planning = False
+        self._told: set[str] = set()
 
     def open_desk(self) -> None:
         """Register the handlers of the module; before it joins the bus."""
@@ -100,12 +101,14 @@ class Agent:
             book=self._book,
             executor=executor,
             conversation=self._conversation,
+            told=self._told,
         )
         self._planning = True
         try:
             await self._episode.run()
         finally:
             self._planning = False
+            self._told &= {request.id for request in self._book.open_requests()}
 
     async def _executor(self) -> Executor:
         tell = self._conversation.tell_step

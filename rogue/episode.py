@@ -13,7 +13,16 @@ from rogue.directory import Directory
 from rogue.distances import Distances
 from rogue.execution import Executor
 from rogue.messages import DeliveryRequest, PlanView, RequestState
-from rogue.planning import Rules, admit, new_search, report, switches, withdraw
+from rogue.planning import (
+    NODES_OF_A_REQUEST,
+    NODES_OF_A_SEARCH,
+    Rules,
+    admit,
+    new_search,
+    report,
+    switches,
+    withdraw,
+)
 from rogue.prodigy import (
     Announced,
     Execute,
@@ -33,7 +42,10 @@ Locations = Mapping[str, tuple[float, float]]
 
 
 class Episode:
-    """A search over the requests that are open, and those that come while it runs."""
+    """A search over the requests that are open, and those that come while it runs.
+
+    ``told`` are the ids of the requests whose arrival the conversation has told already.
+    """
 
     def __init__(
         self,
@@ -46,6 +58,7 @@ class Episode:
         book: RequestBook,
         executor: Executor,
         conversation: Conversation,
+        told: set[str],
     ) -> None:
         self._rules = rules
         self._locations = locations
@@ -55,6 +68,7 @@ class Episode:
         self._book = book
         self._executor = executor
         self._conversation = conversation
+        self._told = told
         self._admitted: dict[str, DeliveryRequest] = {}
         self._seen: list[str] = []
         self._unranked: list[DeliveryRequest] = []
@@ -87,8 +101,9 @@ class Episode:
                     await self._show(search.trace)
                 case Execute():
                     await self._execute(search, event)
-                case Poll():
+                case Poll(nodes=nodes):
                     await self._poll(search)
+                    self._stop_if_long(search, nodes)
                 case Finished(result=result):
                     return result
             await asyncio.sleep(0)
@@ -121,6 +136,12 @@ class Episode:
             await self._conversation.tell_all(trace.priority_lines(self._unranked))
             self._unranked.clear()
 
+    def _stop_if_long(self, search: Search, nodes: int) -> None:
+        """End a search that users keep alive, so that its tree does not grow for ever."""
+        expected = NODES_OF_A_REQUEST * len(self._admitted)
+        if self._executed and nodes > NODES_OF_A_SEARCH + expected:
+            search.stop("the tree has grown large")
+
     async def _drop_ended(self, search: Search) -> None:
         for request_id, request in list(self._admitted.items()):
             if self._book.find(request_id) is not None:
@@ -140,7 +161,9 @@ class Episode:
         self._admitted[request.id] = request
         self._seen.append(request.id)
         self._unranked.append(request)
-        await self._conversation.tell_all(["", trace.message_line(request)])
+        if request.id not in self._told and request.state is RequestState.QUEUED:
+            self._told.add(request.id)
+            await self._conversation.tell_all(["", trace.message_line(request)])
 
     def _admissible(self) -> list[DeliveryRequest]:
         """Open requests that can enter the search now: no two that PRODIGY could not tell apart."""

@@ -158,7 +158,8 @@ def _served(
             room = arguments[1]
             return [r for r in requests if r.pickup == room and (r.user, r.item) not in facts.tray]
         case "goto-deliver-loc":
-            return [r for r in requests if r.deliver == arguments[1]]
+            bound = [r for r in requests if r.deliver == arguments[1]]
+            return [r for r in bound if (r.user, r.item) in facts.tray] or bound
         case _:
             _, user, item = arguments
             return [r for r in requests if (r.user, r.item) == (user, item)][:1]

@@ -27,8 +27,11 @@ from rogue.prodigy.office import (
 )
 from rogue.store import Facts
 
-MOST_NODES = 5000
-"""Nodes after which a search is ended and a new one begins where the robot then is."""
+NODES_OF_A_SEARCH = 1000
+"""Nodes after which a search that has executed something gives way to a fresh one."""
+
+NODES_OF_A_REQUEST = 200
+"""Nodes that each request may cost before the planner gives up: ten times what it should."""
 
 FindRooms = Callable[[str, str], tuple[str, str] | None]
 
@@ -106,7 +109,8 @@ def new_search(
         goals=[one.goal() for one in errands],
         name="office",
     )
-    options = replace(switches.options, max_nodes=MOST_NODES)
+    most = 10 * NODES_OF_A_SEARCH + NODES_OF_A_REQUEST * len(requests)
+    options = replace(switches.options, max_nodes=most)
     return Search(problem, options, switches.rules)
 
 

@@ -27,6 +27,12 @@ class NotAcceptedError(TcaError):
         super().__init__(text)
 
 
+class NotReadyError(NotAcceptedError):
+    """The agent is there, but not the modules that it needs to accept a request."""
+
+    exit_code = 3
+
+
 @asynccontextmanager
 async def on_bus(flags: BusFlags) -> AsyncIterator[Module]:
     """Join the bus as ``rogue-<pid>`` for as long as the block lasts."""
@@ -44,6 +50,8 @@ async def ask(module: Module, query: Query[R]) -> R:
     try:
         return await module.query(query, timeout=ANSWER_TIMEOUT)
     except HandlerFailedError as error:
-        if error.failure.name in set(Refusal):
-            raise NotAcceptedError(Refusal(error.failure.name), error.failure.text) from error
-        raise
+        failure = error.failure
+        if failure.name not in set(Refusal):
+            raise
+        kind = NotReadyError if failure.name == Refusal.NOT_READY else NotAcceptedError
+        raise kind(Refusal(failure.name), failure.text) from error

@@ -80,6 +80,8 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
         )
         book.on_change = executor.requests_changed
 
+        told: set[str] = set()
+
         def episode(rules: Rules) -> Episode:
             return Episode(
                 rules=rules,
@@ -90,6 +92,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 book=book,
                 executor=executor,
                 conversation=conversation,
+                told=told,
             )
 
         yield Scene(store, book, robot, episode)
@@ -180,3 +183,16 @@ async def test_a_wrong_arrival_is_planned_again_from_there(scene: Scene):
     assert any(line.endswith("warning: desired goal was not achieved") for line in lines)
     steps = [(s.operator.split()[0], s.state) for s in await scene.store.steps_of("a")]
     assert steps[:2] == [("goto-pickup-loc", "elsewhere"), ("goto-pickup-loc", "done")]
+
+
+async def test_a_search_that_grows_large_gives_way_to_a_fresh_one(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("rogue.episode.NODES_OF_A_SEARCH", 10)
+    monkeypatch.setattr("rogue.episode.NODES_OF_A_REQUEST", 0)
+    lines = await scene.play(Rules.WORKING, make_request(), make_request("b", **FAX))
+    assert set((await scene.states()).values()) == {"completed"}
+    assert sum("n2 (done)" in line for line in lines) > 1
+    assert sum("Message from interface" in line for line in lines) == 2
+    done = [step.state for step in await scene.store.steps_of("a")]
+    assert done == ["done"] * 4
