@@ -4,17 +4,41 @@ from __future__ import annotations
 
 import asyncio
 import os
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from typing import TypeVar
 
-from tca_bus import Module, NoHandlerError, TcaError, configure_logging
+from tca_bus import Module, NoHandlerError, PeerLostError, Query, TcaError, configure_logging
 from tca_bus._presence import PresentModule
 from tca_bus._protocol import Describe, ModuleCard, ProvidedMessage
 from tca_bus.cli._flags import BusFlags, bus_options
 
 CARD_TIMEOUT = 2.0
 """Wall seconds in which a module whose event loop turns introduces itself."""
+
+
+CENTRAL_GRACE = 5.0
+"""Wall seconds in which a central that is being started again comes back."""
+
+RETRY_DELAY = 0.1
+
+R = TypeVar("R")
+
+
+class NoCentralError(NoHandlerError):
+    """There is no central on the realm."""
+
+    def __init__(self, realm: str) -> None:
+        super().__init__("central")
+        self.realm = realm
+
+    def __str__(self) -> str:
+        return (
+            f"no central is on realm {self.realm!r}. Start it with 'tca central', or the whole "
+            "office with 'rogue up'"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +61,22 @@ async def joined(flags: BusFlags) -> AsyncIterator[Module]:
     configure_logging("tca", level=level, json=flags.json)
     async with Module(f"tca-{os.getpid()}", options=bus_options(flags)) as module:
         yield module
+
+
+async def ask_central(module: Module, question: Query[R], *, timeout: float = 10.0) -> R:
+    """Ask central, again while it is being started again.
+
+    Raises:
+        NoCentralError: it is not there, and did not come back within a few seconds.
+    """
+    deadline = time.monotonic() + CENTRAL_GRACE
+    while True:
+        try:
+            return await module.query(question, to="central", timeout=timeout)
+        except (NoHandlerError, PeerLostError) as error:
+            if time.monotonic() > deadline:
+                raise NoCentralError(module.options.realm) from error
+        await asyncio.sleep(RETRY_DELAY)
 
 
 async def look_around(module: Module) -> list[Seen]:

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from tca_bus import Module
 from tca_bus._protocol import LogEntry, ReadLog
-from tca_bus.cli._client import joined
+from tca_bus.cli._client import ask_central, joined
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json
 
@@ -69,7 +69,7 @@ async def _read_all(module: Module, id: str | None) -> list[LogEntry]:
 
 async def _read(module: Module, after: int, id: str | None) -> list[LogEntry]:
 
-    return await module.query(ReadLog(after=after, most=PAGE, task=id), to="central")
+    return await ask_central(module, ReadLog(after=after, most=PAGE, task=id))
 
 
 def _show(entries: Sequence[LogEntry], flags: BusFlags, *, as_lines: bool) -> None:

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from tca_bus import Module, NoHandlerError, TaskHandle, TimedOutError
-from tca_bus.cli._client import joined, provided
+from tca_bus._protocol import KillTask, ProvidedMessage
+from tca_bus.cli._client import NoCentralError, ask_central, joined, provided
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, note
 from tca_bus.cli._payload import check_class, check_payload, parse_payload
@@ -96,7 +97,7 @@ async def kill(
     """
     async with joined(flags) as module:
         why = reason or f"killed by {module.name}"
-        status = await module.kill(id, reason=why, only_below=below)
+        status = await ask_central(module, KillTask(id=id, reason=why, only_below=below))
     if flags.json:
         emit_json(status)
     elif status.is_ended:
@@ -127,23 +128,32 @@ async def _send(
     task: TaskFlags,
 ) -> TaskHandle[Any]:
 
-    try:
-        known = await provided(module, name)
-    except NoHandlerError:
-        if not task.wait_for_handler:
-            raise
-        known = None
+    known = await _provided(module, name, may_wait=task.wait_for_handler > 0)
     check_class(known, name, kind)
     check_payload(known, name, data)
-    return await module.submit_json(
-        name,
-        data,
-        task_class=kind,
-        revision=known.revision if known else 1,
-        id=task.id,
-        priority=task.priority,
-        wait_for_handler=task.wait_for_handler,
-    )
+    try:
+        return await module.submit_json(
+            name,
+            data,
+            task_class=kind,
+            revision=known.revision if known else 1,
+            id=task.id,
+            priority=task.priority,
+            wait_for_handler=task.wait_for_handler,
+        )
+    except NoHandlerError as error:
+        if error.message.startswith("central:"):
+            raise NoCentralError(module.options.realm) from error
+        raise
+
+
+async def _provided(module: Module, name: str, *, may_wait: bool) -> ProvidedMessage | None:
+    try:
+        return await provided(module, name)
+    except NoHandlerError:
+        if not may_wait:
+            raise
+        return None
 
 
 async def _follow(handle: TaskHandle[Any], timeout: float | None, flags: BusFlags) -> None:

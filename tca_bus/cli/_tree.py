@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from tca_bus import Module, TaskStatus
 from tca_bus._protocol import ListTasks
-from tca_bus.cli._client import joined
+from tca_bus.cli._client import ask_central, joined
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, note, stdout_is_terminal
 
@@ -63,7 +63,7 @@ async def tree(
 
 async def _read(module: Module, id: str | None, *, alive: bool) -> list[TaskStatus]:
 
-    return await module.query(ListTasks(id=id, ended=not alive), to="central")
+    return await ask_central(module, ListTasks(id=id, ended=not alive))
 
 
 def _show(statuses: Sequence[TaskStatus], flags: BusFlags) -> None:

@@ -233,6 +233,17 @@ async def test_doctor_and_status_say_what_is_missing():
         assert "start it with 'navigate run'" in doctor.out
 
 
+async def test_without_central_it_says_how_to_start_one():
+    async with bus() as options, robot("robot", options), Module("me", options=options) as me:
+        here = Office(options, me)
+        ran = await asyncio.gather(
+            here.tca("tree"), here.tca("kill", "x"), here.tca("command", "quick", '{"number": 1}')
+        )
+    for one in ran:
+        assert one.code == 3
+        assert "Start it with 'tca central'" in one.err
+
+
 async def test_a_reader_that_leaves_is_no_error():
     async with office() as here:
         process = await asyncio.create_subprocess_shell(
