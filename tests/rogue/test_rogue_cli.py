@@ -97,10 +97,7 @@ async def test_a_request_is_posted_listed_and_shown(agent: Agent):
     ("words", "said"),
     [
         (("delivermail", "--user", "mitchel"), "there is no user 'mitchel'. Did you mean"),
-        (("delivermale", "--user", "mitchell"), "there is no item 'delivermale'. Did you mean"),
         (("delivermail", "--user", "mitchell", "--from", "r-5330"), "no room 'r-5330'. Did you"),
-        (("delivermail", "--user", "mitchell", "--to", "r-5303"), "both r-5303"),
-        (("delivermail", "--user", "mitchell", "--deadline", "0m"), "has passed"),
         (("delivermail", "--user", "mitchell", "--id", "a b"), "String should match pattern"),
     ],
 )
@@ -161,7 +158,6 @@ async def test_without_a_router_it_says_how_to_start_one():
 
 
 async def test_an_unknown_request_is_bad_usage(agent: Agent):
-    for command in ("show", "cancel", "why"):
-        code, _, err = await agent.run(command, "nothing")
-        assert code == 2
-        assert "there is no request 'nothing'" in err
+    code, _, err = await agent.run("cancel", "nothing")
+    assert code == 2
+    assert "there is no request 'nothing'" in err

@@ -23,7 +23,7 @@ pytestmark = [
 USERS = [
     ("delivermail", "mitchell"),
     ("deliverfax", "jhm"),
-    ("pickupprintout", "veloso"),
+    ("deliverfax", "veloso"),
 ]
 
 
@@ -63,20 +63,22 @@ async def test_what_scripts_read_has_its_shape(running: Office):
 
 
 async def test_a_delivery_door_that_stays_closed_is_the_reason(running: Office):
-    await running.module.query(MoveDoor(room="r-5321", open=False))
-    code, said = await outcome(await running.request("pickupprintout", "simmons"))
-    await running.module.query(MoveDoor(room="r-5321", open=True))
+    await running.module.query(MoveDoor(room="r-5317", open=False))
+    words = ("--from", "r-5313", "--to", "r-5317")
+    code, said = await outcome(await running.request("delivermail", "simmons", *words))
+    await running.module.query(MoveDoor(room="r-5317", open=True))
     assert code == 1
-    assert "cannot get to r-5321" in said
-    assert "Reid Simmons's printout is still on the tray" in said
+    assert "cannot get to r-5317, door_blocked" in said
+    assert "Reid Simmons's mail delivery is still on the tray" in said
 
 
 async def test_a_delivery_door_that_is_opened_in_time_lets_it_complete(running: Office):
-    await running.module.query(MoveDoor(room="r-5407", open=False))
+    await running.module.query(MoveDoor(room="r-5311", open=False))
     after = running.last
-    process = await running.request("delivermail", "pstone")
+    words = ("--from", "r-5315", "--to", "r-5311")
+    process = await running.request("delivermail", "pstone", *words)
     await running.line(lambda text: "Trying again" in text, after=after)
-    await running.module.query(MoveDoor(room="r-5407", open=True))
+    await running.module.query(MoveDoor(room="r-5311", open=True))
     code, said = await outcome(process)
     assert code == 0, said
 
@@ -96,9 +98,10 @@ async def test_a_request_is_canceled_while_it_is_driven_for(running: Office):
 @pytest.mark.parametrize("victim", ["navigate", "speech", "xavier", "rogue", "central", "router"])
 async def test_a_killed_process_costs_no_request(running: Office, victim: str):
     after, before = running.last, len(running.moved)
-    process = await running.request("delivermail", "mitchell", "--deadline", "6h")
+    words = ("--from", "r-5307", "--deadline", "6h")
+    process = await running.request("delivermail", "mitchell", *words)
     acquired = await running.line(lambda text: "(ACQUIRE-ITEM 1" in text, after=after)
-    await running.line(lambda text: "TCAEXPANDGOAL" in text, after=acquired.seq)
+    sent = await running.line(lambda text: "TCAEXPANDGOAL" in text, after=acquired.seq)
     start = (await running.module.query(WhereReally())).metres
 
     async def drives() -> bool:
@@ -106,6 +109,7 @@ async def test_a_killed_process_costs_no_request(running: Office, victim: str):
 
     await eventually(drives, what="the robot to drive")
     restarts = running.launcher.restarts(victim)
+    assert not any("finished." in line.text for line in running.lines if line.seq > sent.seq)
     running.kill(victim)
     await running.launcher.wait_restarted(victim, beyond=restarts)
     code, said = await outcome(process)
