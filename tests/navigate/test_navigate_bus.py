@@ -108,42 +108,41 @@ async def test_a_killed_goal_stops_the_robot():
         assert (await again.result(timeout=20)).metres < 1.0
 
 
+SOUND = {
+    "time": 1.0,
+    "period": 0.1,
+    "lockstep": True,
+    "sonar": [1.0, math.nan, -1.0] + [2.0] * 21,
+    "sonar_fresh": 7,
+    "odom": [0.0, 0.0, 0.0],
+    "speed": 0.0,
+    "turn_rate": 0.0,
+    "bump": 0,
+}
+
+
 @pytest.mark.parametrize(
     "wrong",
     [{"sonar": [1.0] * 23}, {"odom": [0.0, 0.0]}, {"odom": [0.0, math.nan, 0.0]}],
 )
 async def test_useless_sensors_stop_the_wheels_and_nothing_else(wrong):
-    async with bus() as options, Module("robot", options=options) as robot:
+    answers = asyncio.Queue()
+
+    async def take(drive, _context):
+        answers.put_nowait(drive)
+
+    async with bus() as options:
         service = NavigateService(Navigator(Floor(load_plan())), options)
-        async with running(service.run()), robot.subscribe(Drive) as drives:
+        robot = Module("robot", options=options)
+        robot.serve(Drive, take)
+        async with robot, running(service.run()):
             await robot.wait_for(NavigateToGoal, timeout=10)
-            sound = {
-                "tick": 1,
-                "time": 1.0,
-                "period": 0.1,
-                "lockstep": True,
-                "sonar": [1.0, math.nan, -1.0] + [2.0] * 21,
-                "sonar_fresh": 7,
-                "odom": [0.0, 0.0, 0.0],
-                "speed": 0.0,
-                "turn_rate": 0.0,
-                "bump": 0,
-            }
-            robot.serve(Drive, ignore)
-            await eventually(lambda: "xavierDrive" in provided(robot))
+            await service.module.wait_for(Drive, timeout=10)
             for tick, fields in enumerate((wrong, {}, wrong, {})):
-                message = Sensors.model_validate({**sound, **fields, "tick": tick})
-                await robot.broadcast(message)
-                drive = await anext(drives)
+                await robot.broadcast(Sensors.model_validate({**SOUND, **fields, "tick": tick}))
+                async with asyncio.timeout(10):
+                    drive = await answers.get()
                 assert (drive.tick, drive.speed, drive.busy) == (tick, 0.0, False)
-
-
-async def ignore(_drive, _context):
-    pass
-
-
-def provided(module):
-    return {name for other in module.modules() for name in other.provides}
 
 
 async def test_questions_about_rooms_routes_and_places():
