@@ -67,8 +67,6 @@ class Store:
         found = await self._base.row("SELECT name FROM identity")
         return str(found[0]) if found else ""
 
-    # Requests
-
     async def add_request(self, request: DeliveryRequest, why: str | None) -> None:
         """Keep a new request."""
         places = ", ".join("?" * 12)
@@ -108,8 +106,6 @@ class Store:
             "SELECT time, text FROM notes WHERE request = ? ORDER BY number", request_id
         )
         return [(float(time), str(text)) for time, text in rows]
-
-    # Facts and steps
 
     async def facts(self) -> Facts:
         """What is known of the world."""
@@ -195,8 +191,6 @@ class Store:
             "SELECT position, outcome FROM outcomes WHERE step = ?", step.number
         )
         return {int(position): Outcome.model_validate_json(text) for position, text in rows}
-
-    # The conversation
 
     async def add_line(
         self, text: str, time: float, *, step: int | None = None, position: int | None = None
