@@ -1,8 +1,8 @@
-"""Helpers for tests of modules: a router on a free port, clocks by hand, waiting for conditions.
+"""Helpers for tests of modules: a router, central, clocks by hand, waiting for conditions.
 
 ::
 
-    async with bus() as options, Module("asker", options=options) as module:
+    async with bus() as options, central(options), Module("asker", options=options) as module:
         await eventually(lambda: module.is_connected)
 """
 
@@ -13,8 +13,10 @@ import inspect
 import secrets
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Literal
 
+from tca_bus._central import Central
 from tca_bus._clock import SimulatedClock
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
@@ -25,7 +27,6 @@ FREE_PORT = "tcp/127.0.0.1:0"
 
 POLL_PERIOD = 0.01
 """Wall seconds between two looks at a condition."""
-
 
 LOOP_TURNS = 10
 """Turns of the event loop in which tasks that wait for nothing else come to their next wait."""
@@ -42,6 +43,19 @@ async def bus(
     async with Router(FREE_PORT) as router:
         name = realm or f"test-{secrets.token_hex(4)}"
         yield BusOptions(connect=router.endpoint, realm=name, clock=clock)
+
+
+@asynccontextmanager
+async def central(options: BusOptions, *, data: Path | None = None) -> AsyncIterator[None]:
+    """Run central in this process; ``data`` is the folder of its journal, None for memory.
+
+    Raises:
+        RefusedError: There is a central on the realm already.
+        ConfigError: The journal cannot be used.
+        JournalError: The journal could not be written any more; the block was cancelled.
+    """
+    async with Central(options, data=data):
+        yield
 
 
 async def eventually(

@@ -27,9 +27,8 @@ from tca_bus import (
     TaskState,
     TimedOutError,
 )
-from tca_bus._central import Central
 from tca_bus._presence import VANISH_GRACE
-from tca_bus.testing import bus, eventually
+from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
 
@@ -83,7 +82,7 @@ def porter(options, gate=None):
 
 @asynccontextmanager
 async def office(gate=None, data=None):
-    async with bus() as options, Central(options, data=data):
+    async with bus() as options, central(options, data=data):
         module, seen = porter(options, gate)
         async with module, Module("boss", options=options) as boss:
             await boss.wait_for(Carry, Deliver, timeout=10.0)
@@ -171,13 +170,13 @@ async def test_a_task_lives_through_a_restart_of_central(tmp_path):
     async with bus() as options:
         module, seen = porter(options, gate)
         async with module, Module("boss", options=options) as boss:
-            async with Central(options, data=tmp_path):
+            async with central(options, data=tmp_path):
                 await boss.wait_for(Carry, "tca.submit", timeout=10.0)
                 handle = await boss.execute(Carry(weight=1.0))
                 await eventually(lambda: seen)
             gate.set()
             waiting = asyncio.create_task(handle.result(timeout=30.0))
-            async with Central(options, data=tmp_path):
+            async with central(options, data=tmp_path):
                 assert await waiting == Parcel(weight=1.0)
         assert len(seen) == 1
 
@@ -186,11 +185,11 @@ async def test_a_task_that_central_has_forgotten_is_a_failure():
     async with bus() as options, Module("boss", options=options) as boss:
         module, seen = porter(options, asyncio.Event())
         async with module:
-            async with Central(options):
+            async with central(options):
                 await boss.wait_for(Carry, "tca.submit", timeout=10.0)
                 handle = await boss.execute(Carry(weight=1.0))
                 await eventually(lambda: seen)
-            async with Central(options):
+            async with central(options):
                 with pytest.raises(TaskFailedError) as caught:
                     await handle.result(timeout=20.0)
                 assert caught.value.failure.name == "unknown_task"
@@ -203,7 +202,7 @@ async def test_a_task_lives_through_a_restart_of_the_router():
         options = BusOptions(connect=router.endpoint)
         gate = asyncio.Event()
         module, seen = porter(options, gate)
-        async with Central(options), module, Module("boss", options=options) as boss:
+        async with central(options), module, Module("boss", options=options) as boss:
             await boss.wait_for(Carry, timeout=10.0)
             handle = await boss.execute(Carry(weight=1.0))
             waiting = asyncio.create_task(handle.result(timeout=30.0))
@@ -233,7 +232,7 @@ async def victim(options):
 
 
 async def test_a_task_whose_module_is_killed_fails_or_goes_to_the_next():
-    async with bus() as options, Central(options), Module("boss", options=options) as boss:
+    async with bus() as options, central(options), Module("boss", options=options) as boss:
         async with victim(options) as process:
             await boss.wait_for(Toil, timeout=20.0)
             lost = await boss.execute(Toil())

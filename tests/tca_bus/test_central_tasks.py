@@ -24,10 +24,9 @@ from tca_bus import (
     TaskState,
     TimedOutError,
 )
-from tca_bus._central import Central
 from tca_bus._journal import JournalError
 from tca_bus._protocol import FindTask, KillTask, ListTasks, ReadLog, SubmitTask
-from tca_bus.testing import bus, eventually
+from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
 
@@ -48,7 +47,7 @@ async def office():
     """A bus with central, a robot and a module that sends."""
     async with (
         bus() as options,
-        Central(options),
+        central(options),
         robot("robot", options),
         Module("me", options=options) as me,
     ):
@@ -266,7 +265,7 @@ async def test_changes_are_published():
 async def test_a_second_central_is_refused():
     async with office() as me:
         with pytest.raises(RefusedError, match="is central there"):
-            async with Central(me.options):
+            async with central(me.options):
                 pass
         assert await (await me.execute(Quick(number=1))).result(timeout=5.0) == 1
 
@@ -288,17 +287,17 @@ async def test_a_parent_that_saw_a_failure_goes_on():
         assert await handle.result(timeout=5.0) == 1
 
 
-async def serve_with_a_full_disk(central, me):
+async def serve_with_a_full_disk(options, me, monkeypatch):
     """Serve a task that cannot be written; gives its sending, which must not succeed."""
 
     async def refuse(*_):
         raise JournalError("central.db", "the disk is full")
 
-    async with central:
+    async with central(options):
         await me.wait_for("quick", "tca.submit", timeout=5.0)
-        central.journal.write = refuse
+        monkeypatch.setattr("tca_bus._journal.Journal.write", refuse)
         me.start(expect_no_acknowledgement(me), name="sending")
-        await central.serve_forever()
+        await asyncio.Event().wait()
 
 
 async def expect_no_acknowledgement(me):
@@ -306,8 +305,8 @@ async def expect_no_acknowledgement(me):
         await me.execute(Quick(number=1), timeout=2.0)
 
 
-async def test_a_journal_that_cannot_be_written_ends_central_before_it_acknowledges():
+async def test_a_journal_that_cannot_be_written_ends_central_before_it_acknowledges(monkeypatch):
     async with bus() as options, robot("robot", options), Module("me", options=options) as me:
         with pytest.raises(JournalError, match="the disk is full"):
-            await serve_with_a_full_disk(Central(options), me)
+            await serve_with_a_full_disk(options, me, monkeypatch)
         await eventually(lambda: "sending" not in {task.get_name() for task in asyncio.all_tasks()})

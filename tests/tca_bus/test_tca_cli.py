@@ -14,9 +14,8 @@ import pytest
 from central_robot import Arrive, Drive, robot
 
 from tca_bus import Module
-from tca_bus._central import Central
 from tca_bus._protocol import FindTask, ListTasks
-from tca_bus.testing import bus, eventually
+from tca_bus.testing import bus, central, eventually
 
 pytestmark = [pytest.mark.bus, pytest.mark.process]
 
@@ -65,7 +64,7 @@ async def finish(process):
 async def office():
     async with (
         bus() as options,
-        Central(options),
+        central(options),
         robot("robot", options),
         Module("me", options=options) as me,
     ):

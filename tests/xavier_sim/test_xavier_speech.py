@@ -11,8 +11,7 @@ from contextlib import asynccontextmanager
 import pytest
 
 from tca_bus import Module, TaskFailedError
-from tca_bus._central import Central
-from tca_bus.testing import bus, eventually
+from tca_bus.testing import bus, central, eventually
 from xavier_sim.floor import load_floor
 from xavier_sim.keyboard import Keyboard
 from xavier_sim.messages import Ask, Heard, ItemMoved, Say
@@ -60,7 +59,7 @@ async def office(*, room=ROOM):
     world = World(PLAN, seed=1)
     world.place_robot(PLAN.places[room].x, PLAN.places[room].y, 0.0)
     state = RobotState(world, SimClock(1000.0), speed=None)
-    async with bus(clock="sim") as options, Central(options):
+    async with bus(clock="sim") as options, central(options):
         robot = RobotModule(state, None, options).run()
         async with running(robot, "robot"), Module("asker", options=options) as asker:
             await asker.clock.wait_ready(10)
