@@ -102,9 +102,10 @@ class Desk:
         journal = self._central.journal
         return await journal.read_log(question.after, question.most, question.task)
 
-    async def report(self, report: ReportOutcome, _: Context) -> Taken:
+    async def report(self, report: ReportOutcome, context: Context) -> Taken:
         """Take the end of a handler; one that comes twice or too late changes nothing."""
         await self._central.ready.wait()
+        self._check_reporter(report, context.sender)
         event = Reported(
             time.time(),
             report.id,
@@ -116,6 +117,15 @@ class Desk:
         )
         await self._central.happen(event)
         return Taken(id=report.id, attempt=report.attempt)
+
+    def _check_reporter(self, report: ReportOutcome, sender: str) -> None:
+        """Let a module report only what it was given itself."""
+        if not self._central.tree.is_current(report.id, report.attempt):
+            return
+        handler = self._central.tree.status(report.id).handler
+        if handler != sender:
+            why = f"module {handler!r} handles it, not {sender!r}"
+            raise RefusedError(f"the outcome of task {report.id}", why)
 
     async def _ended(self, id: str) -> TaskStatus | None:
         """The last status of a task that is not in the tree any more."""

@@ -25,7 +25,15 @@ from tca_bus import (
     TimedOutError,
 )
 from tca_bus._journal import JournalError
-from tca_bus._protocol import FindTask, KillTask, ListTasks, ReadLog, SubmitTask
+from tca_bus._protocol import (
+    FindTask,
+    KillTask,
+    ListTasks,
+    Outcome,
+    ReadLog,
+    ReportOutcome,
+    SubmitTask,
+)
 from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
@@ -222,6 +230,15 @@ async def test_a_sender_cannot_speak_for_another():
         task = SubmitTask(id="x", name="quick", task_class="command", data={}, sender="rogue")
         with pytest.raises(RefusedError, match="comes from 'me'"):
             await me.query(task)
+
+
+async def test_a_module_reports_only_what_it_handles_itself():
+    async with office() as me:
+        handle = await me.execute(Drive(to="r-5303"))
+        report = ReportOutcome(id=handle.id, attempt=1, outcome=Outcome.SUCCESS)
+        with pytest.raises(RefusedError, match="module 'robot' handles it, not 'me'"):
+            await me.query(report)
+        assert not (await me.query(FindTask(id=handle.id))).is_ended
 
 
 async def test_a_plain_zenoh_client_sees_the_tasks():
