@@ -4,6 +4,7 @@ from tca_bus._clock import Clock
 from tca_bus._context import Context, TaskContext
 from tca_bus._errors import (
     BusGoneError,
+    BusyError,
     ClosedError,
     ConfigError,
     HandlerFailedError,
@@ -46,6 +47,7 @@ __all__ = [
     "Broadcast",
     "BusGoneError",
     "BusOptions",
+    "BusyError",
     "Clock",
     "ClosedError",
     "Command",

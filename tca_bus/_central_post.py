@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tca_bus._errors import (
     BusGoneError,
+    BusyError,
     HandlerFailedError,
     InvalidMessageError,
     NoHandlerError,
@@ -34,8 +35,8 @@ PATIENCE = 5.0
 RETRY_DELAY = 0.1
 """Wall seconds before a module is asked again."""
 
-UNREACHED = (BusGoneError, PeerLostError, TimedOutError)
-"""The module may not have got it; whether it is gone, presence will tell."""
+UNREACHED = (BusGoneError, BusyError, PeerLostError, TimedOutError)
+"""The module did not take it, or may not have got it; whether it is gone, presence will tell."""
 
 REFUSALS = {
     HandlerFailedError: "handler_error",

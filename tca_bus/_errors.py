@@ -11,6 +11,7 @@
     ├── ClosedError            this module was closed by its owner     exit 6
     ├── KilledError            the task was killed or cancelled        exit 6
     ├── RefusedError           the other side may not or will not      exit 7
+    │   └── BusyError          it has too much waiting to take more    exit 7
     ├── PeerLostError          the module that had it died             exit 1
     ├── HandlerFailedError     the handler of a query raised           exit 1
     └── TaskFailedError        a goal or command failed                exit 1
@@ -131,6 +132,10 @@ class RefusedError(TcaError, PermissionError):
     def __init__(self, what: str, why: str) -> None:
         self.what, self.why = what, why
         super().__init__(f"{what} was refused: {why}")
+
+
+class BusyError(RefusedError):
+    """The other side has too much waiting to take more; it may be asked again."""
 
 
 class PeerLostError(TcaError, ConnectionError):

@@ -13,6 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from tca_bus._errors import (
     BusGoneError,
+    BusyError,
     ClosedError,
     ConfigError,
     HandlerFailedError,
@@ -33,6 +34,7 @@ ERROR_TYPE = "application/json;tca.error@1"
 
 FAILURE_NAMES: dict[type[TcaError], str] = {
     BusGoneError: "bus_gone",
+    BusyError: "busy",
     ClosedError: "closed",
     ConfigError: "config",
     InvalidMessageError: "invalid_message",
@@ -48,6 +50,7 @@ SAME_CLASS: dict[str, tuple[type[TcaError], dict[str, str]]] = {
     "no_handler": (NoHandlerError, {"message": "message", "known": "near"}),
     "invalid": (InvalidMessageError, {"message": "message", "problems": "problems"}),
     "refused": (RefusedError, {"what": "what", "why": "why"}),
+    "busy": (BusyError, {"what": "what", "why": "why"}),
     "timed_out": (TimedOutError, {"what": "what", "seconds": "seconds"}),
     "killed": (KilledError, {"task": "task", "reason": "reason"}),
     "peer_lost": (PeerLostError, {"module": "module", "what": "what"}),

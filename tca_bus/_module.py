@@ -91,7 +91,7 @@ class Module(PlainMessages):
             NoHandlerError: No module here handles it.
             InvalidMessageError: It, or the answer, does not fit; a matter of versions.
             HandlerFailedError: The handler raised; ``failure`` says what.
-            RefusedError: The callee will not, or is too busy.
+            RefusedError: The callee will not; a `BusyError` when it has too much to do.
             PeerLostError: The callee died before it answered.
             TimedOutError: No answer within ``timeout`` wall seconds.
             BusGoneError: The router was away for the rest of that time.

@@ -15,11 +15,11 @@ from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._envelope import Envelope, handled, read_envelope
 from tca_bus._errors import (
+    BusyError,
     ClosedError,
     HandlerFailedError,
     InvalidMessageError,
     NoHandlerError,
-    RefusedError,
     TaskError,
     TaskFailedError,
 )
@@ -156,7 +156,7 @@ class QueryServer:
 
     def _refuse_busy(self, query: zenoh.Query) -> None:
         name = f"module {self._core.name!r}"
-        self._reply_error(query, RefusedError("the query", f"{name} has too many waiting"))
+        self._reply_error(query, BusyError("the query", f"{name} has too many waiting"))
 
     def _reply_error(self, query: zenoh.Query, error: Exception) -> None:
         payload = encode_error(error, message="query", module=self._core.name)

@@ -16,6 +16,7 @@ from tca_bus._caller import Caller
 from tca_bus._core import Core
 from tca_bus._errors import (
     BusGoneError,
+    BusyError,
     HandlerFailedError,
     NoHandlerError,
     PeerLostError,
@@ -44,8 +45,8 @@ TRY_TIMEOUT = 3.0
 UNSEEN_GRACE = 3.0
 """Wall seconds to wait for a central that has never been seen."""
 
-OUT_OF_REACH = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
-"""What says that central is away, when it comes from this side of the bus."""
+OUT_OF_REACH = (BusGoneError, BusyError, NoHandlerError, PeerLostError, TimedOutError)
+"""What says that central is away or overrun, when it is not central's word on a task."""
 
 STATUS_ENCODING = "application/json;tca.status@1"
 

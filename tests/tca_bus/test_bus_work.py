@@ -231,6 +231,20 @@ async def test_outcomes_wait_for_a_central_that_is_away(monkeypatch):
         assert desk.reports[0].result == 16
 
 
+async def test_outcomes_wait_for_a_central_that_is_overrun(monkeypatch, caplog):
+    async with shop() as (desk, worker):
+        await desk.hand(0)
+        await eventually(lambda: worker.begun)
+        with monkeypatch.context() as overrun:
+            overrun.setattr("tca_bus._tasks.TRY_TIMEOUT", 0.2)
+            overrun.setattr("tca_bus._work.REPORT_PATIENCE", 0.2)
+            overrun.setattr("tca_bus._serving.MOST_RUNNING", 0)
+            worker.go.set()
+            await eventually(lambda: "too many waiting" in caplog.text)
+        await eventually(lambda: desk.reports)
+        assert desk.reports[0].outcome == Outcome.SUCCESS
+
+
 async def test_outcomes_wait_for_a_central_that_is_started_again():
     async with bus() as options:
         worker, first = Worker(options), Desk(options)
