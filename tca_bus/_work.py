@@ -16,6 +16,7 @@ from tca_bus._context import Context, TaskContext
 from tca_bus._core import Core
 from tca_bus._envelope import handled
 from tca_bus._errors import (
+    BusyError,
     ClosedError,
     InvalidMessageError,
     NoHandlerError,
@@ -29,7 +30,7 @@ from tca_bus._faults import failure_of
 from tca_bus._handlers import TASKS, Handler, Handlers
 from tca_bus._messages import Message
 from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
-from tca_bus._tasks import OUT_OF_REACH, TaskSender
+from tca_bus._tasks import CENTRAL, OUT_OF_REACH, TaskSender
 from tca_bus._types import answer_adapter
 from tca_bus._wire import problems_of
 
@@ -40,6 +41,9 @@ MOST_REPORTED = 1024
 
 REPORT_PATIENCE = 60.0
 """Wall seconds of one attempt to report; a report is repeated for as long as the module lives."""
+
+SUPERSEDE_PATIENCE = 4.0
+"""Wall seconds in which an older attempt ends; after that central has to ask again."""
 
 Try = tuple[str, int]
 """A task id and the attempt number."""
@@ -53,6 +57,7 @@ class Job:
     running: asyncio.Task[None] | None = None
     is_cancelled: bool = False
     is_concluded: bool = False
+    over: asyncio.Event = field(default_factory=asyncio.Event)
 
 
 @dataclass
@@ -81,23 +86,19 @@ class TaskWorker:
 
     async def take(self, task: HandleTask, context: Context) -> Taken:
         """Begin an attempt, or say again that it is under way or done."""
-        del context
-        taken = Taken(id=task.id, attempt=task.attempt)
-        if (task.id, task.attempt) in self._outcomes:
-            self._report(self._outcomes[task.id, task.attempt])
-            return taken
-        job = self._jobs.get(task.id)
-        if job is not None and job.task.attempt == task.attempt:
-            return taken
-        message, handler = self._read(task)
-        if job is not None:
-            await self._supersede(job, task)
-        self._start(task, message, handler)
-        return taken
+        _check_central(context, f"task {task.id}")
+        while not self._is_known(task):
+            message, handler = self._read(task)
+            older = self._jobs.get(task.id)
+            if older is None:
+                self._start(task, message, handler)
+            else:
+                await self._supersede(older, task)
+        return Taken(id=task.id, attempt=task.attempt)
 
     async def cancel(self, order: CancelTask, context: Context) -> Taken:
         """Cancel an attempt; one that is not known here is reported as killed."""
-        del context
+        _check_central(context, f"the end of task {order.id}")
         known = self._outcomes.get((order.id, order.attempt))
         job = self._jobs.get(order.id)
         if known is not None:
@@ -107,6 +108,15 @@ class TaskWorker:
         else:
             self._conclude(_killed(order.id, order.attempt))
         return Taken(id=order.id, attempt=order.attempt)
+
+    def _is_known(self, task: HandleTask) -> bool:
+        """Whether the attempt is under way, or done: then it is reported again."""
+        outcome = self._outcomes.get((task.id, task.attempt))
+        if outcome is not None:
+            self._report(outcome)
+            return True
+        job = self._jobs.get(task.id)
+        return job is not None and job.task.attempt == task.attempt
 
     def _read(self, task: HandleTask) -> tuple[Message, Handler]:
         handler = self.handlers.get(task.name)
@@ -125,12 +135,17 @@ class TaskWorker:
             raise InvalidMessageError(task.name, problems_of(error)) from error
 
     async def _supersede(self, job: Job, task: HandleTask) -> None:
+        """Stop an older attempt; the newer one begins when its handler has ended."""
         if job.task.attempt > task.attempt:
             what = f"attempt {task.attempt} of {task.id}"
             raise RefusedError(what, f"attempt {job.task.attempt} is under way")
         self._stop(job)
-        if job.running is not None:
-            await asyncio.wait([job.running])
+        try:
+            async with asyncio.timeout(SUPERSEDE_PATIENCE):
+                await job.over.wait()
+        except TimeoutError as error:
+            why = f"attempt {job.task.attempt} has not stopped yet"
+            raise BusyError(f"attempt {task.attempt} of {task.id}", why) from error
 
     def _start(self, task: HandleTask, message: Message, handler: Handler) -> None:
         job = self._jobs[task.id] = Job(task)
@@ -154,6 +169,7 @@ class TaskWorker:
         self._conclude(outcome.model_copy(update={"seen_failures": seen}))
 
     def _clear(self, job: Job) -> None:
+        job.over.set()
         if self._jobs.get(job.task.id) is job:
             del self._jobs[job.task.id]
         # A job that is cancelled before its first step never comes to its own report.
@@ -221,6 +237,12 @@ class TaskWorker:
             logger.exception("central does not take the outcome of task %s", report.id)
         finally:
             self._reporting.discard(key)
+
+
+def _check_central(context: Context, what: str) -> None:
+    """Let nobody but central give and stop tasks."""
+    if context.sender != CENTRAL:
+        raise RefusedError(what, f"it comes from {context.sender!r}; only {CENTRAL!r} may order it")
 
 
 def _plain_result(value: Any, handler: Handler) -> Any:

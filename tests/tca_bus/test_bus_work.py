@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 import pytest
 
 from tca_bus import (
+    BusyError,
     Command,
     Goal,
     InvalidMessageError,
@@ -197,6 +198,76 @@ async def test_a_newer_attempt_takes_the_place_of_the_older_one():
             (1, Outcome.KILLED),
             (2, Outcome.SUCCESS),
         }
+
+
+class Stubborn(Worker):
+    """Takes its time to end when it is cancelled."""
+
+    async def toil(self, message, context):
+        self.begun.append((context.id, context.attempt))
+        try:
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            await self.go.wait()
+            raise
+
+
+@asynccontextmanager
+async def stubborn_shop():
+    """A shop in which attempt 1 of ``t-1`` runs."""
+    async with bus() as options:
+        desk, worker = Desk(options), Stubborn(options, capacity=2)
+        async with desk.module, worker.module:
+            await desk.module.wait_for(Toil, timeout=5.0)
+            await desk.hand(0)
+            await eventually(lambda: worker.begun)
+            yield desk, worker
+
+
+async def test_a_newer_attempt_that_is_given_twice_runs_once():
+    async with stubborn_shop() as (desk, worker), asyncio.TaskGroup() as group:
+        given = [group.create_task(desk.hand(0, attempt=2)) for _ in range(2)]
+        await eventually(lambda: worker.module._parts.worker._jobs["t-1"].is_cancelled)
+        worker.go.set()
+        await asyncio.wait(given)
+        await eventually(lambda: len(worker.begun) > 1)
+        assert worker.begun == [("t-1", 1), ("t-1", 2)]
+
+
+async def test_a_newer_attempt_that_is_cancelled_while_it_waits_does_not_begin():
+    async with stubborn_shop() as (desk, worker), asyncio.TaskGroup() as group:
+        given = group.create_task(desk.hand(0, attempt=2))
+        await eventually(lambda: worker.module._parts.worker._jobs["t-1"].is_cancelled)
+        await desk.cancel(attempt=2)
+        worker.go.set()
+        await given
+        await eventually(lambda: len(desk.reports) > 1)
+        assert {(r.attempt, r.outcome) for r in desk.reports} == {
+            (1, Outcome.KILLED),
+            (2, Outcome.KILLED),
+        }
+        assert worker.begun == [("t-1", 1)]
+
+
+async def test_a_newer_attempt_does_not_wait_without_end(monkeypatch):
+    monkeypatch.setattr("tca_bus._work.SUPERSEDE_PATIENCE", 0.05)
+    async with stubborn_shop() as (desk, worker):
+        with pytest.raises(BusyError, match="attempt 1 has not stopped yet"):
+            await desk.hand(0, attempt=2)
+        worker.go.set()
+        await eventually(lambda: desk.reports)
+        assert worker.begun == [("t-1", 1)]
+
+
+async def test_only_central_gives_and_stops_tasks():
+    async with shop() as (desk, worker), Module("evil", options=desk.module.options) as evil:
+        await evil.wait_for(Toil, timeout=5.0)
+        fields = {"name": "toil", "task_class": "command", "data": {"number": 0}}
+        with pytest.raises(RefusedError, match="only 'central' may order it"):
+            await evil.query(HandleTask(id="t-1", attempt=1, sender="x", **fields), to="worker")
+        with pytest.raises(RefusedError, match="only 'central' may order it"):
+            await evil.query(CancelTask(id="t-1", attempt=1, reason="no"), to="worker")
+        assert worker.begun == []
 
 
 async def test_an_older_attempt_is_refused_while_a_newer_one_runs():
