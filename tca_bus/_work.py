@@ -72,13 +72,11 @@ class TaskWorker:
     _outcomes: OrderedDict[Try, ReportOutcome] = field(default_factory=OrderedDict)
     _reporting: set[Try] = field(default_factory=set)
     _slots: dict[str, asyncio.Semaphore] = field(default_factory=dict)
-    _forgotten: int = 0
 
     def begin(self) -> None:
         """Register the handlers by which central gives and cancels tasks."""
         self.handlers.add(HandleTask, self.take, built_in=True)
         self.handlers.add(CancelTask, self.cancel, built_in=True)
-        self.core.tally.counters["outcomes"] = lambda: self._forgotten
 
     def handling(self) -> list[str]:
         """The ids of the tasks whose handlers run or wait for a free slot."""
@@ -208,10 +206,15 @@ class TaskWorker:
 
     def _conclude(self, report: ReportOutcome) -> None:
         self._outcomes[report.id, report.attempt] = report
-        if len(self._outcomes) > MOST_REPORTED:
-            oldest, _ = self._outcomes.popitem(last=False)
-            self._forgotten += oldest in self._reporting
         self._report(report)
+        if len(self._outcomes) > MOST_REPORTED:
+            self._forget_oldest()
+
+    def _forget_oldest(self) -> None:
+        """Forget the oldest outcome that central has; the others are as many as it gave tasks."""
+        oldest = next((key for key in self._outcomes if key not in self._reporting), None)
+        if oldest is not None:
+            del self._outcomes[oldest]
 
     def _report(self, report: ReportOutcome) -> None:
         key = (report.id, report.attempt)
@@ -226,7 +229,7 @@ class TaskWorker:
     async def _report_until_taken(self, report: ReportOutcome) -> None:
         key = (report.id, report.attempt)
         try:
-            while key in self._outcomes:
+            while True:
                 try:
                     await self.sender.ask_central(report, timeout=REPORT_PATIENCE)
                 except OUT_OF_REACH as error:

@@ -302,6 +302,19 @@ async def test_outcomes_wait_for_a_central_that_is_away(monkeypatch):
         assert desk.reports[0].result == 16
 
 
+async def test_an_outcome_that_central_does_not_have_is_not_forgotten(monkeypatch):
+    monkeypatch.setattr("tca_bus._work.MOST_REPORTED", 1)
+    async with shop(capacity=4) as (desk, worker):
+        desk.is_open.clear()
+        for number in range(4):
+            await desk.hand(number + 1, id=f"t-{number}")
+        await eventually(lambda: len(worker.begun) == 4 and not worker.running)
+        await desk.hand(1, id="t-0")
+        assert len(worker.begun) == 4
+        desk.is_open.set()
+        await eventually(lambda: {r.id for r in desk.reports} == {"t-0", "t-1", "t-2", "t-3"})
+
+
 async def test_outcomes_wait_for_a_central_that_is_overrun(monkeypatch, caplog):
     async with shop() as (desk, worker):
         await desk.hand(0)
