@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from tca_bus._errors import (
     BusGoneError,
@@ -70,8 +70,22 @@ _FACTS = TypeAdapter(dict[str, Any])
 def failure_of(
     error: BaseException, *, message: str, module: str, node: str | None = None
 ) -> Failure:
-    """Turn what a handler raised into a failure; a sub-task's failure becomes its cause."""
+    """Turn what a handler raised into a failure; a sub-task's failure becomes its cause.
+
+    What cannot be sent, such as data that are no JSON, is a ``handler_error`` that says so.
+    """
     facts: dict[str, Any] = {"message": message, "module": module, "node": node}
+    try:
+        failure = _failure_of(error, facts)
+        failure.model_dump_json()
+    except ValueError as problem:
+        text = f"{type(error).__name__}: {error} (it cannot be sent as it is: {problem})"
+        sendable = text.encode(errors="backslashreplace").decode()
+        return Failure(name=HANDLER_ERROR, text=sendable, **facts)
+    return failure
+
+
+def _failure_of(error: BaseException, facts: dict[str, Any]) -> Failure:
     match error:
         case TaskError():
             return Failure(name=error.name, text=str(error), data=error.data, **facts)
@@ -99,7 +113,7 @@ def decode_error(payload: Payload, *, message: str) -> TcaError:
     try:
         facts = _FACTS.validate_json(payload.data)
         return _error_of(facts)
-    except (ValidationError, KeyError, TypeError, ValueError):
+    except (AttributeError, KeyError, TypeError, ValueError):
         shown = payload.data[:200].decode(errors="replace")
         return InvalidMessageError(message, [f"error reply: expected an error, got {shown!r}"])
 

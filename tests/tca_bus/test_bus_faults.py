@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,6 +12,7 @@ from pydantic import BaseModel
 
 from tca_bus import (
     BusGoneError,
+    BusyError,
     Failure,
     HandlerFailedError,
     InvalidMessageError,
@@ -26,6 +28,7 @@ from tca_bus._faults import decode_error, encode_error, failure_of
 from tca_bus._wire import Payload
 
 SAME = [
+    BusyError("the query", "too many waiting"),
     NoHandlerError("navigateToG", ["navigateToG2"]),
     InvalidMessageError("navigateToG", ["x: missing"]),
     RefusedError("kill", "not yours"),
@@ -67,6 +70,25 @@ def test_any_other_exception_is_a_handler_error_with_its_class():
     assert back.failure.text == "KeyError: 'x'"
 
 
+@pytest.mark.parametrize(
+    "error",
+    [
+        TaskError("", "no name"),
+        TaskError("n" * 300, "too long a name"),
+        TaskError("odd", "no JSON", data={"distance": np.float32(1.5)}),
+        TaskError("odd", "no object", data=["r-5303"]),
+        OSError("a file named \udcff"),
+    ],
+    ids=["no name", "long name", "no JSON", "no object", "no UTF-8"],
+)
+def test_what_cannot_be_sent_is_a_handler_error_that_says_so(error):
+    back = across(error)
+    assert isinstance(back, HandlerFailedError)
+    assert back.failure.name == "handler_error"
+    assert type(error).__name__ in back.failure.text
+    assert "cannot be sent as it is" in back.failure.text
+
+
 def test_a_lost_bus_inside_a_handler_is_not_a_lost_bus_for_the_caller():
     back = across(BusGoneError("tcp/127.0.0.1:1"))
     assert isinstance(back, HandlerFailedError)
@@ -87,7 +109,16 @@ def test_an_error_reply_that_is_none_is_an_invalid_message(data):
     assert isinstance(decode_error(Payload(data, ""), message="q"), InvalidMessageError)
 
 
-@pytest.mark.parametrize("facts", [{}, {"error": "odd"}, {"error": "refused"}, {"error": 3}])
+@pytest.mark.parametrize(
+    "facts",
+    [
+        {},
+        {"error": "odd"},
+        {"error": "refused"},
+        {"error": 3},
+        {"error": "no_handler", "message": "q", "known": [5]},
+    ],
+)
 def test_an_error_reply_without_its_facts_is_an_invalid_message(facts):
     payload = Payload(json.dumps(facts).encode(), "")
     assert isinstance(decode_error(payload, message="q"), InvalidMessageError)
