@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import inspect
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from tca_bus._errors import ConfigError
+from tca_bus._errors import ConfigError, RefusedError
 from tca_bus._messages import Message, MessageClass
 from tca_bus._protocol import ProvidedMessage
 from tca_bus._types import answer_adapter, summary
@@ -32,6 +33,21 @@ class Handler:
     def is_provided(self) -> bool:
         """Whether others find it by its name: listening to broadcasts is no service."""
         return not self.built_in and self.message_type.message_class != MessageClass.BROADCAST
+
+    async def call(self, message: Any, context: Any) -> Any:
+        """Run the function.
+
+        Raises:
+            RefusedError: It ended as cancelled, though nobody had cancelled it: something that
+                it waited for was.
+        """
+        try:
+            return await self.function(message, context)
+        except asyncio.CancelledError as error:
+            task = asyncio.current_task()
+            if task is None or task.cancelling():
+                raise
+            raise RefusedError(self.message_type.wire_name, "its handler was cancelled") from error
 
     def card(self) -> ProvidedMessage:
         """The handler as others see it."""

@@ -127,7 +127,7 @@ class QueryServer:
         self, handler: Handler, message: Message, address: QueryAddress, envelope: Envelope
     ) -> Answer:
         context = self._context(sender=address.caller, id=envelope.id)
-        value = await handler.function(message, context)
+        value = await handler.call(message, context)
         adapter = answer_adapter(handler.message_type)
         try:
             checked = adapter.validate_python(value)

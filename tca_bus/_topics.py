@@ -120,7 +120,7 @@ class Topics:
             handled.set(arrival.envelope)
             context = self._context(sender=arrival.sender, id=arrival.envelope.id)
             try:
-                await handler.function(arrival.value, context)
+                await handler.call(arrival.value, context)
             except Exception:
                 name = handler.message_type.wire_name
                 logger.exception("handler of %s from %s failed", name, arrival.sender)

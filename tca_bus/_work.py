@@ -180,14 +180,12 @@ class TaskWorker:
         task = job.task
         try:
             async with self._slot(handler):
-                value = await handler.function(message, context)
+                value = await handler.call(message, context)
             result = _plain_result(value, handler)
         except asyncio.CancelledError:
-            if job.is_cancelled:
-                return _killed(task.id, task.attempt)
-            if _is_being_cancelled():
+            if not job.is_cancelled:
                 raise
-            return self._failed(task, RefusedError(task.name, "its handler was cancelled"))
+            return _killed(task.id, task.attempt)
         except Exception as error:
             return self._failed(task, error)
         return ReportOutcome(
@@ -255,11 +253,6 @@ def _plain_result(value: Any, handler: Handler) -> Any:
         return adapter.dump_python(adapter.validate_python(value), mode="json")
     except ValidationError as error:
         raise TaskError("invalid_result", f"result: {'; '.join(problems_of(error))}") from error
-
-
-def _is_being_cancelled() -> bool:
-    task = asyncio.current_task()
-    return task is not None and task.cancelling() > 0
 
 
 def _killed(id: str, attempt: int) -> ReportOutcome:
