@@ -132,8 +132,9 @@ class Parts:
     def _reply_statuses(self, query: zenoh.Query, lookup: StatusLookup) -> None:
         with query:
             for status in lookup(*parse_task(str(query.key_expr))):
-                key = self.core.keys.task(status.sender, status.id)
-                query.reply(key, status.model_dump_json(), encoding=STATUS_ENCODING)
+                key = zenoh.KeyExpr(self.core.keys.task(status.sender, status.id))
+                if query.key_expr.intersects(key):
+                    query.reply(key, status.model_dump_json(), encoding=STATUS_ENCODING)
 
     async def _describe(self, _question: Describe, _context: Context) -> ModuleCard:
         me = self.me

@@ -263,8 +263,10 @@ async def test_a_plain_zenoh_client_sees_the_tasks():
         seen = await asyncio.to_thread(look, me.options.connect, f"{prefix}/**")
         assert seen[f"{prefix}/me/{done.id}"]["state"] == "achieved"
         assert seen[f"{prefix}/me/{drive.id}"]["data"] == {"to": "r-5303"}
-        one = await asyncio.to_thread(look, me.options.connect, f"{prefix}/me/{drive.id}")
-        assert list(one) == [f"{prefix}/me/{drive.id}"]
+        one = f"{prefix}/me/{drive.id}"
+        assert list(await asyncio.to_thread(look, me.options.connect, one)) == [one]
+        by_id = f"{me.options.realm}/**/{drive.id}"
+        assert list(await asyncio.to_thread(look, me.options.connect, by_id)) == [one]
 
 
 async def test_changes_are_published():
