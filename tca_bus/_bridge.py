@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from tca_bus._wire import Payload
+
+logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -74,10 +77,17 @@ class Mailbox(Generic[T]):
                 item = self._items.popleft()
             except IndexError:
                 return
-            self._consume(item)
+            self._hand_over(item)
         if not self._armed:
             self._armed = True
             self._loop.call_soon(self._drain)
+
+    def _hand_over(self, item: T) -> None:
+        # An item that cannot be consumed must not hold up those behind it.
+        try:
+            self._consume(item)
+        except Exception:
+            logger.exception("an arrival was not taken")
 
 
 def call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:

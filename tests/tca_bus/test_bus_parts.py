@@ -119,6 +119,14 @@ async def test_a_full_mailbox_drops_the_oldest_and_counts():
     assert box.dropped == 90
 
 
+async def test_an_item_that_cannot_be_consumed_does_not_hold_up_the_next(caplog):
+    got: list[float] = []
+    box = Mailbox[int](lambda item: got.append(1 / item), size=10)
+    await post_from_a_thread(box, [0, 1, 2])
+    await eventually(lambda: got == [1.0, 0.5])
+    assert "ZeroDivisionError" in caplog.text
+
+
 async def test_a_full_mailbox_that_refuses_keeps_what_it_has():
     got: list[int] = []
     refused: list[int] = []
