@@ -48,7 +48,7 @@ class _ArrayHeader(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     name: str
-    dtype: Annotated[str, Field(pattern=r"^[<|][fiub][1248]$")]
+    dtype: Annotated[str, Field(pattern=r"^[<|](f[248]|[iu][1248]|b1)$")]
     length: Annotated[int, Field(ge=0, le=1 << 28)]
 
 

@@ -105,6 +105,18 @@ def test_a_damaged_frame_is_invalid_or_still_a_scan(data):
         assert isinstance(decode_message(Payload(cut, whole.encoding), Scan), Scan)
 
 
+@pytest.mark.parametrize("kind", [*"fiub"])
+@pytest.mark.parametrize("size", [*"1248"])
+@pytest.mark.parametrize("order", [*"<|"])
+def test_a_frame_with_any_number_type_is_read_or_invalid(kind, size, order):
+    header = {"fields": {}, "arrays": [{"name": "ranges", "dtype": order + kind + size}]}
+    header["arrays"][0]["length"] = 0
+    text = json.dumps(header).encode()
+    frame = Payload(len(text).to_bytes(4, "little") + text, FRAME_TYPE)
+    with contextlib.suppress(InvalidMessageError):
+        decode_plain(frame, "scan")
+
+
 def test_the_error_names_field_value_and_what_was_expected():
     payload = encode_json("place", {"x": "far", "nam": "lab"})
     with pytest.raises(InvalidMessageError) as caught:
