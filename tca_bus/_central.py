@@ -26,7 +26,7 @@ from tca_bus._messages import MessageClass
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
 from tca_bus._presence import PresentModule
-from tca_bus._protocol import Describe, SubmitTask, TaskStatus
+from tca_bus._protocol import Describe, ModuleCard, SubmitTask, TaskStatus
 from tca_bus.tasktree import (
     Cancel,
     Dispatch,
@@ -48,6 +48,9 @@ NAME = "central"
 
 RETURN_GRACE = 3.0
 """Wall seconds after its start until central takes modules that it does not see for lost."""
+
+INTRODUCTION_DELAY = 1.0
+"""Wall seconds before a module is asked again to introduce itself."""
 
 MOST_RECENT = 1000
 """Last statuses of ended nodes that are kept at hand for late viewers."""
@@ -239,15 +242,26 @@ class Central:
             self.module.start(self._get_to_know(module), name=f"central.describe.{module.name}")
 
     async def _get_to_know(self, module: PresentModule) -> None:
-        """Ask a module which of its messages are tasks, and how many it handles at once."""
-        try:
-            card = await self.module.query(Describe(), to=module)
-        except TcaError as error:
-            logger.warning("module %s does not introduce itself: %s", module.name, error)
+        """Have a module introduce itself, however long it takes."""
+        while module in self.module.modules():
+            try:
+                card = await self.module.query(Describe(), to=module)
+            except TcaError as error:
+                logger.warning("module %s does not introduce itself: %s", module.name, error)
+                await asyncio.sleep(INTRODUCTION_DELAY)
+            else:
+                self._take_card(module, card)
+                return
+
+    def _take_card(self, module: PresentModule, card: ModuleCard) -> None:
+        """Note how many tasks a module handles at once; it stops those it was relieved of."""
+        if module not in self.module.modules():
             return
-        if module in self.module.modules():
-            capacities = {p.name: p.capacity for p in card.provides if p.message_class in TASKS}
-            self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
+        capacities = {p.name: p.capacity for p in card.provides if p.message_class in TASKS}
+        self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
+        for taken in card.handling:
+            if not self.tree.is_current(taken.id, taken.attempt):
+                self._post.recall(taken.id, taken.attempt, module.incarnation)
 
     def _part_with(self, incarnation: str) -> None:
         name = self.tree.holders().get(incarnation)

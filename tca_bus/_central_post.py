@@ -61,6 +61,12 @@ class Post:
         """Have a module stop a try of a node."""
         self._begin(order.id, self._cancel(order), f"central.cancel.{order.id}")
 
+    def recall(self, id: str, attempt: int, incarnation: str) -> None:
+        """Have a module stop a try that went on after the module was taken for lost."""
+        reason = "its module was taken for lost meanwhile"
+        recalling = self._recall(CancelTask(id=id, attempt=attempt, reason=reason), incarnation)
+        self._central.module.start(recalling, name=f"central.recall.{id}")
+
     def _begin(self, id: str, sending: Coroutine[Any, Any, None], name: str) -> None:
         before = self._under_way.pop(id, None)
         if before is not None:
@@ -107,6 +113,12 @@ class Post:
         while self._central.tree.is_current(order.id, order.attempt):
             target = self._find(order.incarnation)
             if target is not None and await self._stop(stop, target):
+                return
+            await asyncio.sleep(RETRY_DELAY)
+
+    async def _recall(self, stop: CancelTask, incarnation: str) -> None:
+        while (target := self._find(incarnation)) is not None:
+            if await self._stop(stop, target):
                 return
             await asyncio.sleep(RETRY_DELAY)
 

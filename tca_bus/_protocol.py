@@ -281,7 +281,7 @@ class ProvidedMessage(BaseModel):
 
 
 class ModuleCard(BaseModel):
-    """What a module says of itself: who it is, what it provides, what it has lost."""
+    """What a module says of itself: who it is, what it provides, has lost and is working on."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -294,7 +294,7 @@ class ModuleCard(BaseModel):
     provides: list[ProvidedMessage]
     dropped: dict[str, int]
     invalid: int
-    handling: list[str]
+    handling: list[Taken]
 
 
 class Describe(Query[ModuleCard]):

@@ -78,9 +78,9 @@ class TaskWorker:
         self.handlers.add(HandleTask, self.take, built_in=True)
         self.handlers.add(CancelTask, self.cancel, built_in=True)
 
-    def handling(self) -> list[str]:
-        """The ids of the tasks whose handlers run or wait for a free slot."""
-        return sorted(self._jobs)
+    def handling(self) -> list[Taken]:
+        """The attempts whose handlers run or wait for a free slot."""
+        return [Taken(id=id, attempt=job.task.attempt) for id, job in self._jobs.items()]
 
     async def take(self, task: HandleTask, context: Context) -> Taken:
         """Begin an attempt, or say again that it is under way or done."""

@@ -125,7 +125,7 @@ async def test_an_attempt_that_is_given_twice_runs_once():
         await desk.hand(0)
         await eventually(lambda: worker.begun)
         card = await desk.module.query(Describe(), to="worker")
-        assert card.handling == ["t-1"]
+        assert card.handling == [Taken(id="t-1", attempt=1)]
         worker.go.set()
         await eventually(lambda: desk.reports)
         assert worker.begun == [("t-1", 1)]

@@ -25,6 +25,7 @@ from tca_bus import (
     TimedOutError,
 )
 from tca_bus._journal import JournalError
+from tca_bus._parts import Parts
 from tca_bus._protocol import (
     FindTask,
     KillTask,
@@ -304,6 +305,56 @@ async def test_a_parent_that_saw_a_failure_goes_on():
         await me.wait_for(Chain, timeout=5.0)
         handle = await me.expand(Chain(links=0, number=0))
         assert await handle.result(timeout=5.0) == 1
+
+
+async def test_a_module_that_was_taken_for_lost_stops_what_it_was_relieved_of():
+    async with (
+        bus() as options,
+        central(options),
+        robot("robot", options) as module,
+        Module("me", options=options) as me,
+    ):
+        await me.wait_for(Drive, "tca.submit", timeout=5.0)
+        handle = await me.execute(Drive(to="r-5303"))
+        await eventually(module._parts.worker.handling)
+        module._parts._token.undeclare()
+        with pytest.raises(TaskFailedError) as caught:
+            await handle.result(timeout=10.0)
+        assert caught.value.failure.name == "module_lost"
+        assert module._parts.worker.handling()
+        module._parts._token, module._parts._announced = None, ""
+        module._parts.announce()
+        await eventually(lambda: not module._parts.worker.handling())
+
+
+async def test_a_module_is_asked_again_until_it_introduces_itself(monkeypatch):
+    describe = Parts._describe
+    tries = []
+
+    async def describe_later(self, question, context):
+        tries.append(self.core.name)
+        if tries.count("slow") == 1:
+            raise TaskError("not_yet", "one moment")
+        return await describe(self, question, context)
+
+    monkeypatch.setattr(Parts, "_describe", describe_later)
+    monkeypatch.setattr("tca_bus._central.INTRODUCTION_DELAY", 0.05)
+    async with office() as me, Module("slow", options=me.options) as slow:
+
+        @slow.handler(Slow, capacity=2)
+        async def run(message, context):
+            await asyncio.Event().wait()
+
+        await me.wait_for(Slow, timeout=5.0)
+        handles = [
+            await me.execute(Slow(), constraints=Constraint.NONE, wait_for_handler=5.0)
+            for _ in range(2)
+        ]
+
+        async def both_run():
+            return {await state_of(me, handle.id) for handle in handles} == {TaskState.ACTIVE}
+
+        await eventually(both_run)
 
 
 async def serve_with_a_full_disk(options, me, monkeypatch):
