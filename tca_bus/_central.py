@@ -228,6 +228,7 @@ class Central:
                 if change.appeared:
                     self._welcome_modules()
                 else:
+                    self._described.discard(change.module)
                     self._part_with(change.module.incarnation)
 
     def _welcome_modules(self) -> None:

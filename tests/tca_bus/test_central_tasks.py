@@ -325,6 +325,8 @@ async def test_a_module_that_was_taken_for_lost_stops_what_it_was_relieved_of():
         module._parts._token, module._parts._announced = None, ""
         module._parts.announce()
         await eventually(lambda: not module._parts.worker.handling())
+        quick = await me.execute(Quick(number=1), wait_for_handler=5.0)
+        assert await quick.result(timeout=10.0) == 1
 
 
 async def test_a_module_is_asked_again_until_it_introduces_itself(monkeypatch):
