@@ -14,7 +14,7 @@ class Failure(BaseModel):
     is the wire name of the message whose handler failed, ``node`` the id of its task node.
     """
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, ser_json_inf_nan="constants")
 
     name: str = Field(min_length=1, max_length=200)
     text: str

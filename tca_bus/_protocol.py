@@ -98,7 +98,7 @@ class TaskStatus(BaseModel):
     what an inactive or pending node waits for.
     """
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, ser_json_inf_nan="constants")
 
     id: str
     name: str

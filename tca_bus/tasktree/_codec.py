@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pydantic import TypeAdapter
+from pydantic_core import to_json
 
 from tca_bus.tasktree._events import (
     Dispatched,
@@ -34,7 +35,7 @@ _KINDS: dict[str, TypeAdapter[RecordedEvent]] = {
 def encode_event(event: RecordedEvent) -> tuple[str, str]:
     """Give the kind of an event and its fields as JSON."""
     kind = type(event).__name__
-    return kind, _KINDS[kind].dump_json(event).decode()
+    return kind, to_json(event, inf_nan_mode="constants").decode()
 
 
 def decode_event(kind: str, body: str) -> RecordedEvent:

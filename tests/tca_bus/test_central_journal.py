@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sqlite3
 
 import pytest
@@ -72,6 +73,20 @@ async def test_it_gives_back_the_tree_that_was_written(path):
         tree.replay(await journal.living_events())
     assert [status.id for status in tree.statuses()] == ["a", "b"]
     assert tree.statuses() == keeper.tree.statuses()
+
+
+async def test_infinite_numbers_are_kept(path):
+    task = SubmitTask(
+        id="a", name="drive", task_class="command", data={"to": math.inf}, sender="me"
+    )
+    async with Journal(path) as journal:
+        keeper = Keeper(journal)
+        await keeper.happen(Submitted(1.0, task))
+        submitted = (await journal.living_events())[0]
+        assert submitted.task == task
+        await keeper.happen(Reported(2.0, "a", 1, Outcome.SUCCESS, -math.inf))
+        ended = await journal.find("a")
+        assert (ended.data, ended.result) == ({"to": math.inf}, -math.inf)
 
 
 async def test_ended_tasks_are_found_with_all_below_them(path):
