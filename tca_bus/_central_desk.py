@@ -62,7 +62,7 @@ class Desk:
         await self._central.admit(task)
         # It may have come, and ended, while this one waited.
         if task.id not in self._central.recent:
-            await self._central.happen(Submitted(time.time(), task))
+            self._central.happen(Submitted(time.time(), task))
         return await self._known(task.id)
 
     async def kill(self, order: KillTask, context: Context) -> TaskStatus:
@@ -73,28 +73,28 @@ class Desk:
         if ended is not None:
             return ended
         reason = order.reason or f"killed by {context.sender}"
-        event = KillRequested(time.time(), order.id, reason, order.only_below)
-        await self._central.happen(event)
-        if self._central.status(order.id) is None:
-            raise self._unknown(
-                order.id, f" Should it come within {TOMBSTONE_SECONDS:g} s it is killed at once."
-            )
-        return await self._known(order.id)
+        kept = self._central.happen(KillRequested(time.time(), order.id, reason, order.only_below))
+        status = self._central.status(order.id)
+        await kept
+        if status is None:
+            more = f" Should it come within {TOMBSTONE_SECONDS:g} s it is killed at once."
+            raise self._unknown(order.id, more)
+        return status
 
     async def find(self, question: FindTask, _: Context) -> TaskStatus:
         """The status of one task."""
-        await self._central.committed()
+        await self._central.ready.wait()
         return await self._known(question.id)
 
     async def tasks(self, question: ListTasks, _: Context) -> list[TaskStatus]:
         """The nodes that are alive, or those at and below one."""
-        await self._central.committed()
+        await self._central.ready.wait()
         if question.id is not None:
-            return await self._subtree(question.id)
-        alive = self._central.tree.statuses()
-        if not question.ended:
-            return alive
-        return [*await self._central.journal.last_ended(MOST_ENDED), *alive]
+            found = await self._subtree(question.id)
+        else:
+            found = await self._forest(ended=question.ended)
+        await self._central.committed()
+        return found
 
     async def log(self, question: ReadLog, _: Context) -> list[LogEntry]:
         """Lines of the history."""
@@ -128,16 +128,28 @@ class Desk:
             raise RefusedError(f"the outcome of task {report.id}", why)
 
     async def _ended(self, id: str) -> TaskStatus | None:
-        """The last status of a task that is not in the tree any more."""
+        """The last status of a task that is not in the tree any more, once it is kept."""
         if id in self._central.tree:
             return None
-        return self._central.recent.get(id) or await self._central.journal.find(id)
+        status = self._central.recent.get(id) or await self._central.journal.find(id)
+        if status is not None:
+            await self._central.committed()
+        return status
 
     async def _known(self, id: str) -> TaskStatus:
+        """The status of a task, once it is in the journal: nothing else is told."""
         status = self._central.status(id) or await self._central.journal.find(id)
         if status is None:
             raise self._unknown(id)
+        await self._central.committed()
         return status
+
+    async def _forest(self, *, ended: bool) -> list[TaskStatus]:
+        alive = self._central.tree.statuses()
+        gone = await self._central.journal.last_ended(MOST_ENDED) if ended else []
+        # One of those alive may have ended meanwhile.
+        known = {status.id for status in gone}
+        return [*gone, *(status for status in alive if status.id not in known)]
 
     async def _subtree(self, id: str) -> list[TaskStatus]:
         if id in self._central.tree:

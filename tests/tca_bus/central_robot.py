@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
+from contextlib import asynccontextmanager
 
 from pydantic import BaseModel
 
 from tca_bus import BusOptions, Command, Goal, Inform, Module, Query, TaskError
+from tca_bus.testing import bus, central
 
 
 class Place(BaseModel):
@@ -94,6 +96,19 @@ def robot(name: str, options: BusOptions) -> Module:
     module.serve(Drive, drive)
     module.serve(Redrive, drive)
     return module
+
+
+@asynccontextmanager
+async def office():
+    """A bus with central, a robot and a module that sends."""
+    async with (
+        bus() as options,
+        central(options),
+        robot("robot", options),
+        Module("me", options=options) as me,
+    ):
+        await me.wait_for("quick", "tca.submit", timeout=5.0)
+        yield me
 
 
 async def main(endpoint: str, realm: str, name: str = "robot") -> None:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import asynccontextmanager
 
 import pytest
 import zenoh
-from central_robot import Deliver, Drive, Quick, robot
+from central_robot import Deliver, Drive, Quick, office, robot
 
 from tca_bus import (
     Command,
@@ -22,10 +21,7 @@ from tca_bus import (
     TaskError,
     TaskFailedError,
     TaskState,
-    TimedOutError,
 )
-from tca_bus._journal import JournalError
-from tca_bus._parts import Parts
 from tca_bus._protocol import (
     FindTask,
     KillTask,
@@ -35,7 +31,7 @@ from tca_bus._protocol import (
     ReportOutcome,
     SubmitTask,
 )
-from tca_bus.testing import bus, central, eventually
+from tca_bus.testing import central, eventually
 
 pytestmark = pytest.mark.bus
 
@@ -49,19 +45,6 @@ class Chain(Goal[int]):
 
 class Slow(Command[None]):
     """Runs until it is stopped."""
-
-
-@asynccontextmanager
-async def office():
-    """A bus with central, a robot and a module that sends."""
-    async with (
-        bus() as options,
-        central(options),
-        robot("robot", options),
-        Module("me", options=options) as me,
-    ):
-        await me.wait_for("quick", "tca.submit", timeout=5.0)
-        yield me
 
 
 async def state_of(me, id):
@@ -305,80 +288,3 @@ async def test_a_parent_that_saw_a_failure_goes_on():
         await me.wait_for(Chain, timeout=5.0)
         handle = await me.expand(Chain(links=0, number=0))
         assert await handle.result(timeout=5.0) == 1
-
-
-async def test_a_module_that_was_taken_for_lost_stops_what_it_was_relieved_of():
-    async with (
-        bus() as options,
-        central(options),
-        robot("robot", options) as module,
-        Module("me", options=options) as me,
-    ):
-        await me.wait_for(Drive, "tca.submit", timeout=5.0)
-        handle = await me.execute(Drive(to="r-5303"))
-        await eventually(module._parts.worker.handling)
-        module._parts._token.undeclare()
-        with pytest.raises(TaskFailedError) as caught:
-            await handle.result(timeout=10.0)
-        assert caught.value.failure.name == "module_lost"
-        assert module._parts.worker.handling()
-        module._parts._token, module._parts._announced = None, ""
-        module._parts.announce()
-        await eventually(lambda: not module._parts.worker.handling())
-        quick = await me.execute(Quick(number=1), wait_for_handler=5.0)
-        assert await quick.result(timeout=10.0) == 1
-
-
-async def test_a_module_is_asked_again_until_it_introduces_itself(monkeypatch):
-    describe = Parts._describe
-    tries = []
-
-    async def describe_later(self, question, context):
-        tries.append(self.core.name)
-        if tries.count("slow") == 1:
-            raise TaskError("not_yet", "one moment")
-        return await describe(self, question, context)
-
-    monkeypatch.setattr(Parts, "_describe", describe_later)
-    monkeypatch.setattr("tca_bus._central.INTRODUCTION_DELAY", 0.05)
-    async with office() as me, Module("slow", options=me.options) as slow:
-
-        @slow.handler(Slow, capacity=2)
-        async def run(message, context):
-            await asyncio.Event().wait()
-
-        await me.wait_for(Slow, timeout=5.0)
-        handles = [
-            await me.execute(Slow(), constraints=Constraint.NONE, wait_for_handler=5.0)
-            for _ in range(2)
-        ]
-
-        async def both_run():
-            return {await state_of(me, handle.id) for handle in handles} == {TaskState.ACTIVE}
-
-        await eventually(both_run)
-
-
-async def serve_with_a_full_disk(options, me, monkeypatch):
-    """Serve a task that cannot be written; gives its sending, which must not succeed."""
-
-    async def refuse(*_):
-        raise JournalError("central.db", "the disk is full")
-
-    async with central(options):
-        await me.wait_for("quick", "tca.submit", timeout=5.0)
-        monkeypatch.setattr("tca_bus._journal.Journal.write", refuse)
-        me.start(expect_no_acknowledgement(me), name="sending")
-        await asyncio.Event().wait()
-
-
-async def expect_no_acknowledgement(me):
-    with pytest.raises((NoHandlerError, TimedOutError)):
-        await me.execute(Quick(number=1), timeout=2.0)
-
-
-async def test_a_journal_that_cannot_be_written_ends_central_before_it_acknowledges(monkeypatch):
-    async with bus() as options, robot("robot", options), Module("me", options=options) as me:
-        with pytest.raises(JournalError, match="the disk is full"):
-            await serve_with_a_full_disk(options, me, monkeypatch)
-        await eventually(lambda: "sending" not in {task.get_name() for task in asyncio.all_tasks()})
