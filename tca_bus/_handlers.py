@@ -10,6 +10,7 @@ from typing import Any
 
 from tca_bus._errors import ConfigError, RefusedError
 from tca_bus._messages import Message, MessageClass
+from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
 from tca_bus._protocol import ProvidedMessage
 from tca_bus._types import answer_adapter, summary
 
@@ -81,9 +82,11 @@ class Handlers:
         """Register a handler.
 
         Raises:
-            ConfigError: There is one for the name, or the capacity or function is of no use.
+            ConfigError: There is one for the name, or name, capacity or function are of no use.
         """
         name = message_type.wire_name
+        if not CHUNK_PATTERN.fullmatch(name):
+            raise ConfigError("wire name", name, CHUNK_EXPECTED)
         if name in self._by_name:
             raise ConfigError("handler", name, "a message that has no handler in this module yet")
         if capacity < 1:

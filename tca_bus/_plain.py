@@ -5,33 +5,38 @@ from __future__ import annotations
 import asyncio
 from typing import Any, Literal
 
-from tca_bus._errors import BusGoneError, NoHandlerError
+from tca_bus._errors import BusGoneError, InvalidMessageError, NoHandlerError
 from tca_bus._handle import TaskHandle
 from tca_bus._lifecycle import Lifecycle
 from tca_bus._messages import MessageClass
+from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
 from tca_bus._protocol import SubmitTask
 from tca_bus._tasks import new_task_id
 from tca_bus._wire import ANYTHING, REPLY_SUFFIX, Payload, build, decode_plain, encode_json
 
 
 class PlainMessages(Lifecycle):
-    """Sends what is named by a string; the receiver says whether the data fit."""
+    """Sends what is named by a string; the receiver says whether the data fit.
+
+    Raises:
+        InvalidMessageError: From any sending method, the name cannot be that of a message.
+    """
 
     async def query_json(
         self, name: str, data: dict[str, Any], *, to: str | None = None, timeout: float = 10.0
     ) -> Any:
         """Ask by wire name; gives the answer as JSON values. Raises as `Module.query` does."""
-        payload = encode_json(name, data)
+        payload = _encode(name, data)
         answer = await self._parts.caller.call(name, payload, to=to, timeout=timeout)
         return decode_plain(answer, name + REPLY_SUFFIX)
 
     async def inform_json(self, name: str, data: dict[str, Any]) -> None:
         """Inform by wire name; raises as `Module.inform` does."""
-        await self._inform(name, encode_json(name, data))
+        await self._inform(name, _encode(name, data))
 
     async def broadcast_json(self, name: str, data: dict[str, Any]) -> None:
         """Broadcast by wire name."""
-        self._parts.topics.publish(MessageClass.BROADCAST, name, encode_json(name, data))
+        self._parts.topics.publish(MessageClass.BROADCAST, name, _encode(name, data))
 
     async def submit_json(
         self,
@@ -79,3 +84,9 @@ class PlainMessages(Lifecycle):
                 await self._parts.core.session.connected()
         except TimeoutError as error:
             raise BusGoneError(self.options.connect, "it was lost") from error
+
+
+def _encode(name: str, data: dict[str, Any]) -> Payload:
+    if not CHUNK_PATTERN.fullmatch(name):
+        raise InvalidMessageError(name[:100], [f"name: expected {CHUNK_EXPECTED}"])
+    return encode_json(name, data)

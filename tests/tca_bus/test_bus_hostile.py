@@ -110,6 +110,17 @@ async def test_a_bad_attachment_is_an_error_reply(options, stranger):
         assert [error is not None for _, error in answers] == [True]
 
 
+@pytest.mark.parametrize("name", ["", "a/b", "a#b", "**", "two words", "x" * 200])
+async def test_what_cannot_be_a_name_is_not_sent(options, name):
+    async with Module("asker", options=options) as asker:
+        with pytest.raises(InvalidMessageError, match="name: expected 1 to 100 letters"):
+            await asker.query_json(name, {}, to="asker")
+        with pytest.raises(InvalidMessageError, match="name: expected 1 to 100 letters"):
+            await asker.inform_json(name, {})
+        with pytest.raises(InvalidMessageError, match="name: expected 1 to 100 letters"):
+            await asker.broadcast_json(name, {})
+
+
 async def test_plain_zenoh_programs_may_ask_with_json_and_wildcards(options, stranger):
     server = Module("server", options=options)
 
