@@ -29,11 +29,14 @@ from pydantic import BaseModel
 
 from tca_bus._failure import Failure
 
+LONGEST_NAME = 100
+"""Letters of a name that count when near matches are looked for: what arrives may be endless."""
+
 
 def near_matches(word: str, known: Iterable[str], *, most: int = 3) -> list[str]:
     """The names in ``known`` that look most like ``word``, the nearest first."""
     by_lower = {name.lower(): name for name in known}
-    hits = difflib.get_close_matches(word.lower(), by_lower, n=most, cutoff=0.5)
+    hits = difflib.get_close_matches(word[:LONGEST_NAME].lower(), by_lower, n=most, cutoff=0.5)
     return [by_lower[hit] for hit in hits]
 
 

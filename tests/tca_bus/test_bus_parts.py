@@ -18,6 +18,7 @@ from tca_bus import (
     Module,
     Query,
     Router,
+    near_matches,
 )
 from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox
@@ -90,6 +91,21 @@ def test_keys_begin_with_the_realm_and_name_the_sender():
     assert parse_task(keys.all_tasks()) == ("*", "*")
     with pytest.raises(ValueError, match="no query key"):
         parse_query("xavier/query/navigate/01/too/many/parts")
+
+
+def test_a_message_name_is_one_chunk_of_a_key():
+    class Odd(Query[int]):
+        wire_name = "a/b"
+
+    async def answer(message, context):
+        return 1
+
+    with pytest.raises(ConfigError, match="wire name is 'a/b'"):
+        Handlers().add(Odd, answer)
+
+
+def test_only_the_beginning_of_an_endless_name_is_looked_at():
+    assert near_matches("a" * 100 + "b" * 10_000, ["a" * 100, "c"]) == ["a" * 100]
 
 
 async def post_from_a_thread(box, items):
