@@ -8,7 +8,7 @@ from contextvars import ContextVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tca_bus._errors import InvalidMessageError
-from tca_bus._wire import problems_of
+from tca_bus._problems import problems_of
 
 TRACEPARENT_PATTERN = r"^[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}$"
 

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import logging
-import sys
-from typing import Any
-
-import structlog
 
 from tca_bus._errors import ConfigError, did_you_mean
 
@@ -25,52 +21,8 @@ def configure_logging(process: str, *, level: str = "info", json: bool = False) 
     if level.lower() not in LEVELS:
         expected = f"one of {', '.join(LEVELS)}.{did_you_mean(level, LEVELS)}"
         raise ConfigError("--log-level", level, expected)
-    shared = _shared_processors(process if json else None)
-    structlog.configure(
-        processors=[*shared, structlog.stdlib.ProcessorFormatter.wrap_for_formatter],
-        logger_factory=structlog.stdlib.LoggerFactory(),
-        wrapper_class=structlog.stdlib.BoundLogger,
-        cache_logger_on_first_use=True,
-    )
+    from tca_bus._log_lines import handler  # noqa: PLC0415 - only processes pay for structlog
+
     root = logging.getLogger()
-    root.handlers[:] = [_handler(shared, json=json)]
+    root.handlers[:] = [handler(process if json else None, json=json)]
     root.setLevel(level.upper())
-
-
-def _handler(shared: list[Any], *, json: bool) -> logging.Handler:
-    handler = logging.StreamHandler(sys.stderr)
-    strip = structlog.stdlib.ProcessorFormatter.remove_processors_meta
-    handler.setFormatter(
-        structlog.stdlib.ProcessorFormatter(
-            foreign_pre_chain=shared, processors=[strip, *_renderers(json=json)]
-        )
-    )
-    return handler
-
-
-def _shared_processors(process: str | None) -> list[Any]:
-    def name_process(_logger: Any, _method: str, event: dict[str, Any]) -> dict[str, Any]:
-        if process is not None:
-            event["process"] = process
-        return event
-
-    return [
-        structlog.contextvars.merge_contextvars,
-        structlog.stdlib.add_log_level,
-        structlog.stdlib.add_logger_name,
-        structlog.stdlib.PositionalArgumentsFormatter(),
-        structlog.processors.TimeStamper(fmt="iso", utc=True),
-        name_process,
-    ]
-
-
-def _renderers(*, json: bool) -> list[Any]:
-    if json:
-        return [structlog.processors.dict_tracebacks, structlog.processors.JSONRenderer()]
-    return [
-        structlog.dev.ConsoleRenderer(
-            colors=sys.stderr.isatty(),
-            pad_event_to=0,
-            exception_formatter=structlog.dev.plain_traceback,
-        )
-    ]

@@ -28,8 +28,9 @@ from tca_bus._handlers import QUERIES, Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query
 from tca_bus._messages import Message
 from tca_bus._presence import PresentModule
+from tca_bus._problems import problems_of
 from tca_bus._types import answer_adapter
-from tca_bus._wire import Payload, decode_message, encode_answer, problems_of
+from tca_bus._wire import Payload, decode_message, encode_answer
 
 logger = logging.getLogger(__name__)
 

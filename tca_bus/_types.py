@@ -5,13 +5,18 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-import numpy as np
 from pydantic import BaseModel, TypeAdapter
 
 from tca_bus._messages import Message, MultiQuery, Query, TaskMessage
-from tca_bus.arrays import ArrayField
 
 ANSWERED = (Query, MultiQuery, TaskMessage)
+
+
+class ArrayMark:
+    """Marks a field that travels as a binary array of ``number_type``, such as ``<f4``."""
+
+    def __init__(self, number_type: str) -> None:
+        self.number_type = number_type
 
 
 @cache
@@ -40,15 +45,15 @@ def message_adapter(message_type: type[Message]) -> TypeAdapter[Message]:
 
 
 @cache
-def array_fields(value_type: Any) -> dict[str, np.dtype[Any]]:
+def array_fields(value_type: Any) -> dict[str, str]:
     """The fields of a model that travel as binary arrays, with their number types."""
     if not (isinstance(value_type, type) and issubclass(value_type, BaseModel)):
         return {}
     return {
-        name: mark.dtype
+        name: mark.number_type
         for name, field in value_type.model_fields.items()
         for mark in field.metadata
-        if isinstance(mark, ArrayField)
+        if isinstance(mark, ArrayMark)
     }
 
 

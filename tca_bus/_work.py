@@ -29,10 +29,10 @@ from tca_bus._failure import Failure
 from tca_bus._faults import failure_of
 from tca_bus._handlers import TASKS, Handler, Handlers
 from tca_bus._messages import Message
+from tca_bus._problems import problems_of
 from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
 from tca_bus._tasks import CENTRAL, OUT_OF_REACH, TaskSender
 from tca_bus._types import answer_adapter
-from tca_bus._wire import problems_of
 
 logger = logging.getLogger(__name__)
 

@@ -10,12 +10,15 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import core_schema
 
+from tca_bus._types import ArrayMark
 
-class ArrayField:
+
+class ArrayField(ArrayMark):
     """Marks a field as a one-dimensional array of one little-endian number type."""
 
-    def __init__(self, dtype: str) -> None:
-        self.dtype = np.dtype(dtype)
+    def __init__(self, number_type: str) -> None:
+        super().__init__(number_type)
+        self.dtype = np.dtype(number_type)
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler

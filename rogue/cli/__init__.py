@@ -1,18 +1,39 @@
 """The ``rogue`` command."""
 
-from rogue.cli._agent import agent
-from rogue.cli._demo import demo
-from rogue.cli._requests import cancel, request, requests, show, why
-from rogue.cli._solve import solve
-from rogue.cli._trace import plan, trace
-from rogue.cli._up import up
 from tca_bus.cli import make_app, run_app
 
 __all__ = ["app", "main"]
 
+COMMANDS = {
+    "up": (
+        "_up:up",
+        "Run the whole office, all its processes.",
+    ),
+    "demo": (
+        "_demo:demo",
+        "Play a scenario of the papers in an office of its own.",
+    ),
+    "request": ("_requests:request", "Ask the robot for an errand."),
+    "requests": ("_requests:requests", "List the requests, the oldest first."),
+    "show": ("_requests:show", "Show one request with the steps that were carried out for it."),
+    "cancel": ("_requests:cancel", "Take a request back, at whatever stage it is."),
+    "plan": (
+        "_trace:plan",
+        "Print the search tree of the plan, now or last.",
+    ),
+    "trace": ("_trace:trace", "Print the conversation, as Figure 6 of the paper shows it."),
+    "why": ("_requests:why", "Say why a request stands where it does."),
+    "solve": ("_solve:solve", "Plan with PRODIGY: a domain and a problem in its own language."),
+    "agent": (
+        "_agent:agent",
+        "Run the planner process alone.",
+    ),
+}
+"""Where each command is and what it does; only the one that is called is imported."""
+
 app = make_app("rogue", help="ROGUE plans errands for many users and has Xavier run them.")
-for command in (up, demo, request, requests, show, cancel, plan, trace, why, solve, agent):
-    app.command(command)
+for name, (place, summary) in COMMANDS.items():
+    app.command(f"rogue.cli.{place}", name=name, help=summary)
 
 
 def main() -> None:
