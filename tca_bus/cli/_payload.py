@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import Any
+from typing import Annotated, Any, NoReturn
+
+from cyclopts import Parameter
 
 from tca_bus import InvalidMessageError
 from tca_bus._protocol import ProvidedMessage
 from tca_bus.cli._schema import schema_problems
+
+JsonText = Annotated[str, Parameter(allow_leading_hyphen=True)]
+"""The argument itself: JSON, or ``-`` for standard input."""
 
 
 def parse_payload(name: str, text: str) -> dict[str, Any]:
@@ -19,11 +24,9 @@ def parse_payload(name: str, text: str) -> dict[str, Any]:
     """
     source = sys.stdin.read() if text == "-" else text
     try:
-        value = json.loads(source)
-    except json.JSONDecodeError as error:
-        near = source[max(0, error.pos - 20) : error.pos + 20]
-        problem = f"no JSON: {error.msg} at line {error.lineno} column {error.colno}, near {near!r}"
-        raise InvalidMessageError(name, [problem]) from None
+        value = json.loads(source, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise InvalidMessageError(name, [f"no JSON: {_what_is_wrong(error, source)}"]) from None
     if not isinstance(value, dict):
         shown = source.strip()[:60]
         problem = f'expected a JSON object such as {{"field": 1}}, got {shown!r}'
@@ -52,5 +55,18 @@ def check_class(provided: ProvidedMessage | None, name: str, expected: str) -> N
     """
     if provided is not None and provided.message_class != expected:
         kind = provided.message_class
-        problem = f"it is a {kind}, not a {expected}; use 'tca {kind} {name}'"
+        problem = f"its class is {kind}, not {expected}; use 'tca {kind} {name}'"
         raise InvalidMessageError(name, [problem])
+
+
+def _refuse_constant(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number that JSON knows")
+
+
+def _what_is_wrong(error: Exception, source: str) -> str:
+    if isinstance(error, json.JSONDecodeError):
+        near = source[max(0, error.pos - 20) : error.pos + 20]
+        return f"{error.msg} at line {error.lineno} column {error.colno}, near {near!r}"
+    if isinstance(error, RecursionError):
+        return "it is nested too deep"
+    return str(error)

@@ -6,12 +6,12 @@ from tca_bus import NoHandlerError
 from tca_bus.cli._client import joined, provided
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit_json, note
-from tca_bus.cli._payload import check_class, check_payload, parse_payload
+from tca_bus.cli._payload import JsonText, check_class, check_payload, parse_payload
 
 
 async def query(
     name: str,
-    json: str = "{}",
+    json: JsonText = "{}",
     /,
     *,
     to: str | None = None,
@@ -38,7 +38,7 @@ async def query(
         emit_json(await module.query_json(name, data, to=to, timeout=timeout))
 
 
-async def inform(name: str, json: str = "{}", /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
+async def inform(name: str, json: JsonText = "{}", /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
     """Tell the modules that handle an inform.
 
     Parameters
@@ -56,7 +56,9 @@ async def inform(name: str, json: str = "{}", /, *, flags: BusFlags = DEFAULT_FL
         await module.inform_json(name, data)
 
 
-async def broadcast(name: str, json: str = "{}", /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
+async def broadcast(
+    name: str, json: JsonText = "{}", /, *, flags: BusFlags = DEFAULT_FLAGS
+) -> None:
     """Tell everybody who listens; that nobody does is no error.
 
     Parameters

@@ -13,7 +13,7 @@ from tca_bus._protocol import KillTask, ProvidedMessage
 from tca_bus.cli._client import NoCentralError, ask_central, joined, provided
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, note
-from tca_bus.cli._payload import check_class, check_payload, parse_payload
+from tca_bus.cli._payload import JsonText, check_class, check_payload, parse_payload
 
 
 @Parameter(name="*")
@@ -38,7 +38,7 @@ DEFAULT_TASK_FLAGS = TaskFlags()
 
 async def goal(
     name: str,
-    json: str = "{}",
+    json: JsonText = "{}",
     /,
     *,
     task: TaskFlags = DEFAULT_TASK_FLAGS,
@@ -58,7 +58,7 @@ async def goal(
 
 async def command(
     name: str,
-    json: str = "{}",
+    json: JsonText = "{}",
     /,
     *,
     task: TaskFlags = DEFAULT_TASK_FLAGS,

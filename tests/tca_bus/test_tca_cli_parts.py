@@ -16,6 +16,7 @@ from tca_bus.cli._config import config_path, file_values
 from tca_bus.cli._payload import check_class, check_payload, parse_payload
 from tca_bus.cli._schema import schema_problems
 from tca_bus.cli._tree import tree_lines
+from tca_bus.cli.tca import app
 
 
 class Inner(BaseModel, extra="forbid"):
@@ -40,6 +41,8 @@ SCHEMA = Outer.model_json_schema()
         ('{"a": 1,\n "b" 2}', "line 2 column 6"),
         ("[1]", "expected a JSON object"),
         ('"x"', "expected a JSON object"),
+        ('{"x": NaN}', "NaN is no number"),
+        ("[" * 100_000, "nested too deep"),
     ],
 )
 def test_what_is_no_json_object_is_told_with_its_place(text, problem):
@@ -51,6 +54,12 @@ def test_what_is_no_json_object_is_told_with_its_place(text, problem):
 def test_a_dash_reads_standard_input(monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO('{"x": 1}'))
     assert parse_payload("go", "-") == {"x": 1}
+
+
+@pytest.mark.parametrize("kind", ["query", "inform", "broadcast", "goal", "command"])
+def test_a_dash_is_no_option(kind):
+    _, bound, _ = app.parse_args([kind, "go", "-", "--realm", "r"], print_error=False)
+    assert bound.args == ("go", "-")
 
 
 @pytest.mark.parametrize(
