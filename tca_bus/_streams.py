@@ -78,10 +78,14 @@ class Streams:
         counters = self.core.tally.counters
         name = f"subscription to {subscription.name} {id(subscription):x}"
         counters[name] = lambda: subscription.dropped
-        await self.core.session.settle(self.core.keys.all_presence())
 
         def disconnect() -> None:
             counters.pop(name, None)
             end()
 
+        try:
+            await self.core.session.settle(self.core.keys.all_presence())
+        except BaseException:
+            disconnect()
+            raise
         return disconnect
