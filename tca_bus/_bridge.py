@@ -28,6 +28,9 @@ T = TypeVar("T")
 BATCH = 128
 """Items that a mailbox hands over before the loop gets its turn."""
 
+LONGEST_WAIT = 1e9
+"""Wall seconds; Zenoh takes no infinite timeout."""
+
 
 class Mailbox(Generic[T]):
     """Hands items from a callback thread to a function on the loop, in order.
@@ -120,6 +123,29 @@ async def ask(
     Raises:
         TimeoutError: No reply within ``timeout`` wall seconds.
     """
+    future, callback = _first_reply()
+    token = zenoh.CancellationToken()
+    session.get(
+        key,
+        callback,
+        payload=payload.data,
+        encoding=payload.encoding,
+        attachment=attachment,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        timeout=min(timeout, LONGEST_WAIT) + 1.0,
+        cancellation_token=token,
+    )
+    try:
+        async with asyncio.timeout(timeout):
+            reply = await future
+    finally:
+        if not future.done() or future.cancelled():
+            token.cancel()
+    return None if reply is None else _answer_of(reply)
+
+
+def _first_reply() -> tuple[asyncio.Future[zenoh.Reply | None], Callback[zenoh.Reply]]:
+    """A future for the first reply, None at the end of all replies, and what fulfils it."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[zenoh.Reply | None] = loop.create_future()
 
@@ -130,24 +156,7 @@ async def ask(
     def on_reply(reply: zenoh.Reply) -> None:
         call_on(loop, lambda: settle(reply))
 
-    token = zenoh.CancellationToken()
-    session.get(
-        key,
-        Callback(on_reply, lambda: call_on(loop, lambda: settle(None)), indirect=False),
-        payload=payload.data,
-        encoding=payload.encoding,
-        attachment=attachment,
-        consolidation=zenoh.ConsolidationMode.NONE,
-        timeout=timeout + 1.0,
-        cancellation_token=token,
-    )
-    try:
-        async with asyncio.timeout(timeout):
-            reply = await future
-    finally:
-        if not future.done() or future.cancelled():
-            token.cancel()
-    return None if reply is None else _answer_of(reply)
+    return future, Callback(on_reply, lambda: call_on(loop, lambda: settle(None)), indirect=False)
 
 
 def _answer_of(reply: zenoh.Reply) -> Answer:

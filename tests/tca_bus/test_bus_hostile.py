@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import random
 
 import pytest
@@ -119,6 +120,29 @@ async def test_what_cannot_be_a_name_is_not_sent(options, name):
             await asker.inform_json(name, {})
         with pytest.raises(InvalidMessageError, match="name: expected 1 to 100 letters"):
             await asker.broadcast_json(name, {})
+
+
+async def test_a_query_may_wait_without_end(options):
+    server = Module("server", options=options)
+
+    @server.handler(Ask)
+    async def ask(message, context):
+        return message.number
+
+    async with server:
+        assert await server.query(Ask(number=3), timeout=math.inf) == 3
+
+
+async def test_a_subscription_that_is_cancelled_on_entering_leaves_nothing(options):
+    async with Module("listener", options=options) as listener:
+        before = set(listener._parts.topics._topics)
+        entering = asyncio.create_task(listener.subscribe(Shout).__aenter__())
+        await asyncio.sleep(0)
+        assert set(listener._parts.topics._topics) > before
+        entering.cancel()
+        await asyncio.wait([entering])
+        assert entering.cancelled()
+        assert set(listener._parts.topics._topics) == before
 
 
 async def test_plain_zenoh_programs_may_ask_with_json_and_wildcards(options, stranger):
