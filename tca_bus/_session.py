@@ -92,6 +92,7 @@ class Session:
 
     async def close(self) -> None:
         """Close the session; harmless when it is closed."""
+        self._up.clear()
         try:
             await asyncio.to_thread(self.zenoh.close)
         except zenoh.ZError as error:
