@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from rogue.cli._client import ask, on_bus
 from rogue.cli._waiting import ABSENT, POLL_SECONDS
@@ -22,7 +23,7 @@ PAGE = 1000
 async def trace(
     *,
     follow: Annotated[bool, Parameter(name=["--follow", "-f"], negative="")] = False,
-    after: int = 0,
+    after: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Print the conversation, as Figure 6 of the paper shows it.

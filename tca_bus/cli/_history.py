@@ -8,9 +8,10 @@ from datetime import datetime
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from tca_bus import Module
-from tca_bus._protocol import LogEntry, ReadLog
+from tca_bus._protocol import FindTask, LogEntry, ReadLog
 from tca_bus.cli._client import ask_central, joined
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json
@@ -26,7 +27,7 @@ async def log(
     /,
     *,
     follow: Annotated[bool, Parameter(negative="")] = False,
-    last: int = 100,
+    last: Annotated[int, Parameter(validator=Number(gte=0))] = 100,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Show what happened to tasks: sent, given to a module, done, failed, killed.
@@ -44,6 +45,8 @@ async def log(
     """
     async with joined(flags) as module:
         entries = await _read(module, -last, id) if last else await _read_all(module, id)
+        if id is not None and not entries and not follow:
+            await ask_central(module, FindTask(id=id))
         _show(entries, flags, as_lines=follow)
         if follow:
             await _follow(module, entries, id, flags)
@@ -68,7 +71,6 @@ async def _read_all(module: Module, id: str | None) -> list[LogEntry]:
 
 
 async def _read(module: Module, after: int, id: str | None) -> list[LogEntry]:
-
     return await ask_central(module, ReadLog(after=after, most=PAGE, task=id))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import logging
 import os
 import signal
 import sys
@@ -12,9 +13,13 @@ from typing import Any, NoReturn
 
 from cyclopts import App
 from cyclopts.config import Dict
+from pydantic import ValidationError
 
-from tca_bus._errors import ConfigError, TcaError
+from tca_bus._errors import ConfigError, InvalidMessageError, TcaError
+from tca_bus._problems import problems_of
 from tca_bus.cli._config import config_path, file_values
+
+logger = logging.getLogger(__name__)
 
 PARENT_FD = "TCA_PARENT_FD"
 """Environment variable with the number of a pipe that closes when the launcher is gone."""
@@ -47,6 +52,10 @@ def _guarded(app: App, tokens: list[str]) -> int:
         return _run(app, tokens)
     except TcaError as error:
         return _complain(error)
+    except ValidationError as error:
+        # A message that was made of what the user typed; -v shows where.
+        logger.debug("no valid message", exc_info=error)
+        return _complain(InvalidMessageError(error.title, problems_of(error)))
     except BaseExceptionGroup as group:
         found = next(_errors_in(group), None)
         if found is None:

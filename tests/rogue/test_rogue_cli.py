@@ -161,3 +161,11 @@ async def test_an_unknown_request_is_bad_usage(agent: Agent):
     code, _, err = await agent.run("cancel", "nothing")
     assert code == 2
     assert "there is no request 'nothing'" in err
+
+
+@pytest.mark.parametrize("words", [("show", ""), ("why", ""), ("trace", "--after", "-1")])
+async def test_what_no_message_can_hold_is_bad_usage(agent: Agent, words):
+    code, out, err = await agent.run(*words)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert "Traceback" not in err
