@@ -1,6 +1,12 @@
 """What stands behind ``rogue up``: processes started in order, kept running, ended cleanly."""
 
-from tca_bus.launcher._errors import GaveUpError, LauncherError, PortInUseError, StartFailedError
+from tca_bus.launcher._errors import (
+    GaveUpError,
+    LauncherError,
+    PortInUseError,
+    StartFailedError,
+    WrongUseError,
+)
 from tca_bus.launcher._office import Launcher
 from tca_bus.launcher._ready import ModulePresent, Ready, RouterListening
 from tca_bus.launcher._restart import RestartPolicy
@@ -17,4 +23,5 @@ __all__ = [
     "RestartPolicy",
     "RouterListening",
     "StartFailedError",
+    "WrongUseError",
 ]

@@ -5,6 +5,7 @@
     TcaError
     └── LauncherError
         ├── StartFailedError    a process did not become ready
+        │   └── WrongUseError   it refused the flags or files that it was given    exit 2
         ├── GaveUpError         a process crashed too often
         └── PortInUseError      somebody else listens where our router should
 """
@@ -27,6 +28,12 @@ class StartFailedError(LauncherError):
     def __init__(self, process: str, why: str, tail: Sequence[str] = ()) -> None:
         self.process, self.why, self.tail = process, why, list(tail)
         super().__init__(f"{process} did not start: {why}{_quote(process, tail)}")
+
+
+class WrongUseError(StartFailedError):
+    """A process ended as one does that was given a wrong flag or file."""
+
+    exit_code = 2
 
 
 class GaveUpError(LauncherError):

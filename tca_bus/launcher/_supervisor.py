@@ -8,7 +8,13 @@ from collections.abc import Awaitable, Callable
 
 from tca_bus._errors import TimedOutError
 from tca_bus.launcher._child import Child
-from tca_bus.launcher._errors import GaveUpError, LauncherError, StartFailedError, describe_exit
+from tca_bus.launcher._errors import (
+    GaveUpError,
+    LauncherError,
+    StartFailedError,
+    WrongUseError,
+    describe_exit,
+)
 from tca_bus.launcher._logs import ProcessLog
 from tca_bus.launcher._restart import RestartHistory
 from tca_bus.launcher._spec import ProcessSpec
@@ -57,7 +63,8 @@ class Supervisor:
             await self._until_ready(child)
         except _NotReadyError as error:
             await child.stop()
-            raise StartFailedError(self.spec.name, str(error), self._tail()) from None
+            kind = WrongUseError if error.code == WrongUseError.exit_code else StartFailedError
+            raise kind(self.spec.name, str(error), self._tail()) from None
         self.started.set()
 
     async def watch(self) -> None:
@@ -166,7 +173,8 @@ class Supervisor:
             if getting_ready.done():
                 getting_ready.result()
             elif ending.done():
-                raise _NotReadyError(f"it {describe_exit(ending.result())} before it was ready")
+                code = ending.result()
+                raise _NotReadyError(f"it {describe_exit(code)} before it was ready", code)
             else:
                 raise _NotReadyError(f"it was not ready within {self.spec.ready_timeout:g} s")
         finally:
@@ -187,4 +195,8 @@ class Supervisor:
 
 
 class _NotReadyError(LauncherError):
-    """A try ended or took too long before it was ready."""
+    """A try ended, with ``code``, or took too long before it was ready."""
+
+    def __init__(self, text: str, code: int | None = None) -> None:
+        self.code = code
+        super().__init__(text)

@@ -139,6 +139,16 @@ async def test_an_end_at_the_start_shows_the_last_lines():
     assert office[0].pid("sound") is None
 
 
+@pytest.mark.parametrize(("code", "passed_on"), [(2, 2), (3, 1), (5, 1)])
+async def test_only_wrong_usage_is_passed_on_as_an_exit_code(code, passed_on):
+    office = []
+    spec = python("picky", f"raise SystemExit({code})", ready=HasSaid(office, "picky", "never"))
+    office.append(Launcher([spec]))
+    with pytest.raises(StartFailedError) as caught:
+        await office[0].__aenter__()
+    assert caught.value.exit_code == passed_on
+
+
 async def test_one_that_never_gets_ready_is_given_up_in_time():
     office = []
     spec = python("slow", SLEEP, ready=HasSaid(office, "slow", "never"), ready_timeout=0.5)
