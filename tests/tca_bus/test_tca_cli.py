@@ -117,7 +117,7 @@ BAD_INPUT = [
     (["kill", "nothing"], 1, "no task 'nothing' here"),
     (["kill", "root"], 7, "the root"),
     (["kill", "no task"], 2, "id: string should match pattern"),
-    (["log", "nothing"], 1, "no task 'nothing' here"),
+    (["log", "never"], 1, "no task 'never' here"),
     (["log", "--last", "-1"], 2, "--last"),
     (["modules", "--realm", "a/b"], 2, "realm is 'a/b'"),
     (["modules", "--connect", NO_ROUTER], 5, "Start one with 'tca router'"),
