@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from navigate.floor import Floor, UnknownRoomError
 from navigate.floorfile import load_plan
@@ -31,7 +32,7 @@ app = make_app("navigate", help="Find the way, know the place, drive the robot."
 async def run(
     *,
     map: Annotated[str | None, Parameter(env_var="NAVIGATE_MAP")] = None,  # noqa: A002 - the flag
-    seed: int = 0,
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -39,7 +40,7 @@ async def run(
 
     Args:
         map: Floor plan file, or the name of one that comes with the package.
-        seed: Of the position estimate's random numbers.
+        seed: Of the position estimate's random numbers, 0 or more.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """

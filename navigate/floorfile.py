@@ -100,6 +100,7 @@ def _locate(source: str) -> Path:
 def _sentences(error: ValidationError) -> list[str]:
     return [
         f"{'.'.join(str(part) for part in item['loc']) or 'the document'}: {item['msg']}"
+        + ("" if item["type"] == "missing" else f", got {str(item['input'])[:80]!r}")
         for item in error.errors()[:5]
     ]
 

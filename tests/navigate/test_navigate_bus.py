@@ -213,12 +213,13 @@ async def test_the_command_line_plans_and_tells_where():
 async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):
     broken = tmp_path / "floor.yaml"
     broken.write_text("name: [")
-    (bad, _, says), (gone, _, _), (offline, out, _) = await asyncio.gather(
+    (bad, _, says), (seed, _, _), (gone, _, _), (offline, out, _) = await asyncio.gather(
         navigate("run", "--map", str(broken)),
+        navigate("run", "--seed", "-1"),
         navigate("where", "--connect", "tcp/127.0.0.1:9"),
         navigate("plan", "r-5301", "r-5303", "--map", "wean5"),
     )
-    assert (bad, gone, offline) == (2, 5, 0)
+    assert (bad, seed, gone, offline) == (2, 2, 5, 0)
     assert "is no YAML" in says
     assert "d-5303" in out
 
