@@ -108,5 +108,12 @@ def load_directory(path: Path | None = None) -> Directory:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise DirectoryError(name, str(error)) from error
     except ValidationError as error:
-        problems = [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()]
-        raise DirectoryError(name, "; ".join(problems)) from error
+        raise DirectoryError(name, "; ".join(_sentences(error))) from error
+
+
+def _sentences(error: ValidationError) -> list[str]:
+    return [
+        f"{'.'.join(map(str, one['loc'])) or 'the document'}: {one['msg']}"
+        + (f", got {one['input']!r}" if isinstance(one["input"], str | int | float) else "")
+        for one in error.errors()
+    ]

@@ -76,7 +76,10 @@ def _validate(file: str, data: Any) -> FloorPlan:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         item = _item_name(data, first["loc"])
-        raise FloorError(file, item, first["input"], first["msg"]) from error
+        if first["type"] == "missing":
+            raise FloorError(file, item, None, "a value") from error
+        expected = first["msg"].removeprefix("Input should be ")
+        raise FloorError(file, item, first["input"], expected) from error
 
 
 def _item_name(data: dict[str, Any], location: tuple[int | str, ...]) -> str:
