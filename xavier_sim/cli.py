@@ -99,7 +99,7 @@ async def speech(
 
 @app.command
 async def door(
-    room: str, move: Literal["open", "close"], *, flags: BusFlags = DEFAULT_FLAGS
+    room: str, move: Literal["open", "close"], /, *, flags: BusFlags = DEFAULT_FLAGS
 ) -> None:
     """Open or close the door of a room.
 
