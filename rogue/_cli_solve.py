@@ -42,11 +42,17 @@ def solve(
     try:
         loaded = load_problem(problem, load_domain(domain))
         result = search(loaded, SearchOptions(mode=Mode(mode), level=level))
-    except (ProdigyError, OSError) as error:
-        sys.stderr.write(f"error: {error}\n")
-        return 2
+    except ProdigyError as error:
+        return _refused(str(error))
+    except OSError as error:
+        return _refused(f"{error.filename} cannot be read: {error.strerror}")
     sys.stdout.write(_as_json(result) if json else "".join(f"{line}\n" for line in result.trace))
     return 0 if result.status is Status.SOLVED else 1
+
+
+def _refused(sentence: str) -> int:
+    sys.stderr.write(f"error: {sentence}\n")
+    return 2
 
 
 def _as_json(result: SearchResult) -> str:

@@ -45,8 +45,10 @@ def _standing(request: DeliveryRequest, others: Iterable[DeliveryRequest]) -> st
     match request.state:
         case RequestState.COMPLETED:
             return f"{when}It was delivered."
-        case RequestState.FAILED | RequestState.CANCELED:
-            return f"{when}It is {request.state.value}: {request.reason}."
+        case RequestState.FAILED:
+            return f"{when}It failed: {request.reason}."
+        case RequestState.CANCELED:
+            return f"{when}It is canceled: {request.reason}."
         case RequestState.UNDERWAY:
             return "It is being served."
     ahead = [other for other in others if other.state is RequestState.UNDERWAY]
