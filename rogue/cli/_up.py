@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from rogue.cli._folders import default_folder
 from rogue.office import OfficeOptions, People, office_specs
 from rogue.planning import RuleName, Rules
-from tca_bus import ConfigError
+from tca_bus import BusOptions, ConfigError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, note
 from tca_bus.launcher import Launcher
 
@@ -60,8 +60,16 @@ async def up(
     )
     async with Launcher(office_specs(options, bus), bus, console=sys.stderr) as launcher:
         note(f"The office is open on {bus.connect}; everything is kept in {options.data}.")
-        note("In another terminal: rogue request delivermail --user mitchell --wait")
+        note(f"In another terminal: rogue request delivermail --user mitchell --wait{_where(bus)}")
         await launcher.serve_forever()
+
+
+def _where(bus: BusOptions) -> str:
+    """The flags that lead to an office that is not where it usually is."""
+    usual = BusOptions()
+    connect = "" if bus.connect == usual.connect else f" --connect {bus.connect}"
+    realm = "" if bus.realm == usual.realm else f" --realm {bus.realm}"
+    return connect + realm
 
 
 def check_speed(speed: str) -> None:
