@@ -113,8 +113,9 @@ class Router:
             raise
         except zenoh.ZError as error:
             expected = (
-                "a free endpoint; something listens there already, perhaps another 'tca router' "
-                "or 'rogue up'. Stop it, use it, or choose another with --connect"
+                "a free endpoint of this machine; perhaps something listens there already, such "
+                "as another 'tca router' or 'rogue up'. Stop it, use it, or choose another with "
+                "--connect"
             )
             raise ConfigError("listen endpoint", endpoint, expected) from error
         self.endpoint = endpoint
