@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from rogue import trace
+from rogue.cli._folders import make_folder
 from rogue.cli._trace import followed
 from rogue.demo import EPOCH, SCENARIOS, Observer, Poster, Scenario
 from rogue.messages import TraceLine
@@ -36,7 +38,7 @@ async def demo(
     name: Name = "figure6",
     /,
     *,
-    seed: int = 0,
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -49,12 +51,12 @@ async def demo(
     name
         figure6: one request; figure9: a second, more urgent one comes while the robot drives.
     seed
-        Of everything random in the simulated world.
+        Of everything random in the simulated world, 0 or more.
     data
         Folder for what is kept, and for the logs; a temporary one if not given.
     """
     with tempfile.TemporaryDirectory(prefix="rogue-demo-") as temporary:
-        folder = data or Path(temporary)
+        folder = make_folder(data or Path(temporary))
         if (folder / FILE_NAME).exists():
             raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
         try:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
-from rogue.cli._folders import default_folder
+from rogue.cli._folders import default_folder, make_folder
 from rogue.office import OfficeOptions, People, office_specs
 from rogue.planning import RuleName, Rules
 from tca_bus import BusOptions, ConfigError
@@ -19,10 +20,10 @@ from tca_bus.launcher import Launcher
 async def up(
     *,
     map: str | None = None,  # noqa: A002 - as the flag is named
-    seed: int = 0,
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     speed: str = "1",
     people: People = "auto",
-    silence: float | None = None,
+    silence: Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))] = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
     flags: BusFlags = DEFAULT_FLAGS,
@@ -34,7 +35,7 @@ async def up(
     map
         Floor plan: the name of a built-in one or a file; the fifth floor if not given.
     seed
-        Of everything random in the simulated world.
+        Of everything random in the simulated world, 0 or more.
     speed
         Simulated seconds per second, or max for as fast as the machine can.
     people
@@ -49,7 +50,7 @@ async def up(
     check_speed(speed)
     bus = bus_options(flags).model_copy(update={"clock": "sim"})
     options = OfficeOptions(
-        data=data or default_folder(flags.realm),
+        data=make_folder(data or default_folder(flags.realm)),
         map=map,
         seed=seed,
         speed=speed,
