@@ -73,7 +73,9 @@ class Session:
         self._on_transport = on_transport
         self._up = asyncio.Event()
         self.zenoh: zenoh.Session
-        self.dropped_down = 0
+        # Zenoh's own flag waits for a lock without giving up the GIL: if a callback that runs
+        # under that lock needs the GIL, both wait for ever.
+        self.is_closed = False
 
     async def __aenter__(self) -> Self:
         self.zenoh = await self._open()
@@ -93,6 +95,7 @@ class Session:
     async def close(self) -> None:
         """Close the session; harmless when it is closed."""
         self._up.clear()
+        self.is_closed = True
         try:
             await asyncio.to_thread(self.zenoh.close)
         except zenoh.ZError as error:

@@ -66,7 +66,7 @@ class Topic:
     def end(self) -> None:
         """Undeclare the subscriber."""
         self._core.tally.counters.pop(self._key, None)
-        if not self._core.session.zenoh.is_closed():
+        if not self._core.session.is_closed:
             self._subscriber.undeclare()
 
 

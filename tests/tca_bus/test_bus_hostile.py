@@ -6,6 +6,8 @@ import asyncio
 import json
 import math
 import random
+import sys
+from pathlib import Path
 
 import pytest
 import zenoh
@@ -143,6 +145,20 @@ async def test_a_subscription_that_is_cancelled_on_entering_leaves_nothing(optio
         await asyncio.wait([entering])
         assert entering.cancelled()
         assert set(listener._parts.topics._topics) == before
+
+
+@pytest.mark.process
+async def test_a_module_that_leaves_off_listening_does_not_freeze():
+    # In a process of its own: one that freezes so holds the GIL and could not end this test.
+    fickle = str(Path(__file__).with_name("bus_fickle.py"))
+    process = await asyncio.create_subprocess_exec(sys.executable, fickle, "1000")
+    try:
+        async with asyncio.timeout(40.0):
+            assert await process.wait() == 0
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
 
 
 async def test_plain_zenoh_programs_may_ask_with_json_and_wildcards(options, stranger):
