@@ -53,8 +53,10 @@ def check_class(provided: ProvidedMessage | None, name: str, expected: str) -> N
     Raises:
         InvalidMessageError: it is; the error names the command to use.
     """
-    if provided is not None and provided.message_class != expected:
-        kind = provided.message_class
+    if provided is None:
+        return
+    kind = provided.message_class.removeprefix("multi_")
+    if kind != expected:
         problem = f"its class is {kind}, not {expected}; use 'tca {kind} {name}'"
         raise InvalidMessageError(name, [problem])
 

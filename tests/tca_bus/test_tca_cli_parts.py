@@ -116,6 +116,20 @@ def test_a_message_of_another_class_names_the_command_to_use():
     check_payload(None, "go", {"anything": 1})
 
 
+def test_a_question_to_all_is_asked_as_a_query():
+    provided = ProvidedMessage(
+        name="survey",
+        message_class="multi_query",
+        revision=1,
+        summary="",
+        message_schema=SCHEMA,
+        reply_schema=None,
+    )
+    check_class(provided, "survey", "query")
+    with pytest.raises(InvalidMessageError, match="use 'tca query survey'"):
+        check_class(provided, "survey", "goal")
+
+
 def test_the_configuration_file_is_found_in_flags_and_environment():
     assert config_path(["modules", "--config", "a.toml"], {}) == Path("a.toml")
     assert config_path(["--config=b.toml"], {"TCA_CONFIG": "c.toml"}) == Path("b.toml")
