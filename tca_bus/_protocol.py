@@ -132,8 +132,8 @@ class SubmitTask(Query[TaskStatus]):
     """Module to central: make this node. Sent twice it makes one node.
 
     ``parent`` is the id of the node from whose handler it comes, None for the root.
-    Refused with ``no_handler`` when no module provides the message and none comes within
-    ``wait_for_handler`` seconds.
+    Refused with ``no_handler`` when no module provides the message, unless ``wait_for_handler``
+    is above zero: then the node is made, and fails if none comes within so many seconds.
     """
 
     wire_name = "tca.submit"

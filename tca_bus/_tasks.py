@@ -86,7 +86,7 @@ class TaskSender:
             TimedOutError: No acknowledgement within ``timeout``; it may have been made.
             BusGoneError: The router was away for the rest of that time.
         """
-        status = await self.ask_central(task, timeout=timeout + task.wait_for_handler)
+        status = await self.ask_central(task, timeout=timeout)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
         self._handles[f"{task.id}/{id(handle)}"] = handle
         return handle
@@ -118,9 +118,7 @@ class TaskSender:
         while True:
             left = deadline - time.monotonic()
             try:
-                return await self._ask_once(
-                    question, min(max(left, 0.01), self._patience(question))
-                )
+                return await self._ask_once(question, min(max(left, 0.01), TRY_TIMEOUT))
             except OUT_OF_REACH as error:
                 if not self._is_out_of_reach(question, error):
                     raise
@@ -133,9 +131,6 @@ class TaskSender:
         answer = await self.caller.call(kind.wire_name, payload, to=CENTRAL, timeout=timeout)
         self._central_seen = True
         return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
-
-    def _patience(self, question: Query[Any]) -> float:
-        return TRY_TIMEOUT + getattr(question, "wait_for_handler", 0.0)
 
     def _is_out_of_reach(self, question: Query[Any], error: TcaError) -> bool:
         """Tell "no central" from central's own word that nobody handles the task."""
