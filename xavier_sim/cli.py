@@ -130,10 +130,12 @@ async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
 @app.command
 def survey(
     floor: str,
+    /,
     *,
     seed: int = 0,
     sigma: float = 0.03,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Write the plan of a floor with the small errors of a survey, for a navigator.
 
@@ -142,6 +144,7 @@ def survey(
         seed: Seed of the errors, 0 or more.
         sigma: Standard deviation of the errors of walls and doors, metres.
         output: File to write.
+        flags: Shared flags; no bus is needed.
     """
     if not 0.0 <= sigma <= 0.2:
         raise ConfigError("--sigma", sigma, "metres from 0 to 0.2")
@@ -149,6 +152,8 @@ def survey(
     title = f"# {surveyed.name} as surveyed: walls and doors are off by about {sigma:g} m"
     note = "metres, x east, y north"
     write_atomically(output, f"{title}; {note}.\n{plan_to_yaml(surveyed)}")
+    if flags.json:
+        emit_json({"floor": surveyed.name, "sigma": sigma, "seed": seed, "output": str(output)})
 
 
 def open_world(

@@ -102,7 +102,13 @@ async def requests(
 
 
 async def show(id: str, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
-    """Show one request with the steps that were carried out for it."""
+    """Show one request with the steps that were carried out for it.
+
+    Parameters
+    ----------
+    id
+        The request; 'rogue requests' lists them.
+    """
     async with on_bus(flags) as module:
         details = await ask(module, ShowRequest(id=id))
     if flags.json:
@@ -123,7 +129,7 @@ async def cancel(
     Parameters
     ----------
     id
-        The request.
+        The request; 'rogue requests' lists them.
     reason
         Why, for the record.
     """
@@ -132,7 +138,13 @@ async def cancel(
 
 
 async def why(id: str, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
-    """Say why a request stands where it does."""
+    """Say why a request stands where it does.
+
+    Parameters
+    ----------
+    id
+        The request; 'rogue requests' lists them.
+    """
     async with on_bus(flags) as module:
         report = await ask(module, Why(id=id))
     if flags.json:

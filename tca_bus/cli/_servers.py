@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from tca_bus import Router, configure_logging
 from tca_bus._central import Central
@@ -20,7 +23,11 @@ async def router(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
         await asyncio.get_running_loop().create_future()
 
 
-async def central(*, data: Path | None = None, flags: BusFlags = DEFAULT_FLAGS) -> None:
+async def central(
+    *,
+    data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
     """Run central, which keeps the task tree and its journal.
 
     Parameters
