@@ -26,8 +26,7 @@ from navigate.messages import (
 from navigate.navigator import Navigator
 from navigate.service import NavigateService
 from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
-from tca_bus._central import Central
-from tca_bus.testing import bus, eventually
+from tca_bus.testing import bus, central, eventually
 from xavier_sim.floor import load_floor
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally
 from xavier_sim.robot_module import RobotModule
@@ -51,7 +50,7 @@ async def running(runner):
 @asynccontextmanager
 async def office(folder=None):
     """Router, central, robot and navigator; gives the module that asks them."""
-    async with bus(clock="sim") as options, Central(options):
+    async with bus(clock="sim") as options, central(options):
         state = RobotState(World(load_floor("wean5"), seed=1), SimClock(1000.0), speed=None)
         kept = StateFile(folder) if folder else None
         service = NavigateService(Navigator(Floor(load_plan()), seed=1), options, kept)
