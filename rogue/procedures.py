@@ -76,7 +76,8 @@ def go_to(room: str, patience: Patience) -> Procedure:
             yield Tell("")
             return StepOutcome(kind="done", room=room)
         why = drive.reason if drive.failed else "unverified: this is another place"
-        found = yield from _relocate(patience)
+        knows = drive.failed and drive.failure != NavigationFailure.LOST
+        found = None if knows else (yield from _relocate(patience))
     yield Tell(trace.failed_line("GOTO-LOCATION", room.upper()))
     yield Tell("")
     if found is not None:

@@ -92,6 +92,13 @@ def test_a_lost_robot_asks_where_it_is():
     assert [m.about for m in robot.performed if isinstance(m, Ask)] == ["where", "place"]
 
 
+def test_a_drive_that_failed_where_the_navigator_knows_its_place_is_driven_again():
+    robot = ScriptedRobot(drives=[failed("bump")], answers=[typed("y")])
+    outcome, _ = play(go_to("r-5313", PATIENCE), robot.outcome)
+    assert outcome.kind == "done"
+    assert [m.about for m in robot.performed if isinstance(m, Ask)] == ["place"]
+
+
 def test_acquire_prints_what_figure_6_prints():
     outcome, lines = play(
         acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), ScriptedRobot().outcome
