@@ -79,8 +79,10 @@ class NoHandlerError(TcaError, LookupError):
 
     def __init__(self, message: str, known: Iterable[str] = ()) -> None:
         self.message = message
-        self.near = near_matches(message, known)
-        super().__init__(f"no module handles {message!r}.{did_you_mean(message, known)}")
+        others = [name for name in known if name != message]
+        self.near = near_matches(message, others)
+        hint = did_you_mean(message, others) or " 'tca modules' lists who is there."
+        super().__init__(f"no module handles {message!r}.{hint}")
 
 
 class TimedOutError(TcaError, TimeoutError):
