@@ -49,9 +49,10 @@ class RobotState:
             saved: of a world with the same floor.
             at_least: a time before which the clock must not stand, seconds since the epoch.
         """
-        self.world.restore({**saved.world, "tick": saved.tick_limit})
-        self.clock = SimClock(saved.clock_start).moved_to(saved.tick_limit, at_least)
-        self.tick_limit = saved.tick_limit
+        tick = saved.tick_limit + 1
+        self.world.restore({**saved.world, "tick": tick})
+        self.clock = SimClock(saved.clock_start).moved_to(tick, at_least)
+        self.tick_limit = tick
 
     def sensors(self) -> Sensors:
         """The reading of the current tick as a message."""

@@ -30,8 +30,8 @@ class Saved(BaseModel):
     """A world and its time.
 
     ``clock_start`` is the time of tick 0, seconds since the epoch. ``tick_limit`` is a tick that
-    the process will not pass before it has saved again: a restarted one begins there, so that
-    time never goes back.
+    the process will not pass before it has saved again: a restarted one begins behind it, so
+    that time never goes back.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
