@@ -28,6 +28,8 @@ from typing import Any, ClassVar
 from pydantic import BaseModel
 
 from tca_bus._failure import Failure
+from tca_bus._messages import TcaException
+from tca_bus._types import summary
 
 LONGEST_NAME = 100
 """Letters of a name that count when near matches are looked for: what arrives may be endless."""
@@ -168,15 +170,24 @@ class TaskFailedError(TcaError):
 
 
 class TaskError(Exception):
-    """Raised by a handler: it failed, for a reason that has a name and may have data."""
+    """Raised by a handler: it failed, for a reason that has a name and may have data.
+
+    ``reason`` is a name, or a `TcaException`, which brings name and data along and is caught by
+    handlers of its base classes too.
+    """
 
     def __init__(
         self,
-        name: str,
-        text: str,
+        reason: str | TcaException,
+        text: str = "",
         *,
         data: BaseModel | dict[str, Any] | None = None,
     ) -> None:
-        self.name, self.text = name, text
+        if isinstance(reason, TcaException):
+            self.name, self.kinds, data = reason.wire_name, reason.kinds(), data or reason
+            text = text or summary(type(reason)) or self.name
+        else:
+            self.name, self.kinds = reason, ()
+        self.text = text or self.name
         self.data = data.model_dump(mode="json") if isinstance(data, BaseModel) else data
-        super().__init__(text)
+        super().__init__(self.text)

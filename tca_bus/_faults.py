@@ -88,9 +88,12 @@ def failure_of(
 def _failure_of(error: BaseException, facts: dict[str, Any]) -> Failure:
     match error:
         case TaskError():
-            return Failure(name=error.name, text=str(error), data=error.data, **facts)
+            return Failure(
+                name=error.name, text=str(error), data=error.data, kinds=error.kinds, **facts
+            )
         case TaskFailedError(task=task, failure=cause):
-            return Failure(name=cause.name, text=f"task {task} failed", cause=cause, **facts)
+            same = {"name": cause.name, "kinds": cause.kinds, "uncaught": cause.uncaught}
+            return Failure(text=f"task {task} failed", cause=cause, **same, **facts)
         case HandlerFailedError(failure=cause):
             return Failure(name=cause.name, text=f"{cause.message} failed", cause=cause, **facts)
         case TcaError():

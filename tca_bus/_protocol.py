@@ -12,11 +12,20 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
-from tca_bus._messages import Broadcast, Query
+from tca_bus._messages import Broadcast, ModuleLostPolicy, Query, UnhandledPolicy
+from tca_bus._monitor_spec import MonitorSpec
+from tca_bus._orders import TASK_ID_PATTERN, Order
 
-TASK_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._:+-]{0,119}$"
-"""A task id is one chunk of a key expression, made by the sender."""
+CENTRAL = "central"
+"""The name of the module that keeps the task tree."""
+
+TaskClass = Literal["goal", "command", "monitor", "exception"]
+"""What a node of the task tree is; an exception node is a handler at work on a failure."""
+
+KILL_GRACE = 10.0
+"""Wall seconds in which a handler that is told to stop has to end, unless its message says more."""
 
 
 class Constraint(enum.IntFlag):
@@ -102,7 +111,7 @@ class TaskStatus(BaseModel):
 
     id: str
     name: str
-    task_class: Literal["goal", "command"]
+    task_class: TaskClass
     sender: str
     parent: str | None
     state: TaskState
@@ -117,6 +126,8 @@ class TaskStatus(BaseModel):
     failure: Failure | None = None
     waiting_for: str | None = None
     priority: int = 0
+    suspended: bool = False
+    retries: int = 0
     created: float
     started: float | None = None
     ended: float | None = None
@@ -134,21 +145,34 @@ class SubmitTask(Query[TaskStatus]):
     ``parent`` is the id of the node from whose handler it comes, None for the root.
     Refused with ``no_handler`` when no module provides the message, unless ``wait_for_handler``
     is above zero: then the node is made, and fails if none comes within so many seconds.
+
+    ``priority`` is that of the whole task for one at the root, below it that of the message among
+    those of the same task. ``within`` is a deadline: that many seconds of central's clock after
+    the submission the task fails with ``deadline_passed``. ``grace`` is how many wall seconds its
+    handler has to end when it is told to stop. ``persistent`` tasks are kept in the tree after
+    their end for as long as the top-level task lives.
     """
 
     wire_name = "tca.submit"
 
     id: str = Field(pattern=TASK_ID_PATTERN)
     name: str
-    task_class: Literal["goal", "command"]
+    task_class: TaskClass
     message_revision: int = 1
     data: dict[str, Any]
     sender: str
     parent: str | None = None
     constraints: int = Field(default=int(Constraint.SEQ_ACH), ge=0, le=15)
     priority: int = 0
-    on_module_lost: Literal["fail", "resend"] = "fail"
+    on_module_lost: ModuleLostPolicy = "fail"
+    on_unhandled: UnhandledPolicy = "fail_parent"
     wait_for_handler: float = Field(default=0.0, ge=0)
+    within: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    grace: float = Field(default=KILL_GRACE, gt=0, allow_inf_nan=False)
+    persistent: bool = False
+    orders: tuple[Order, ...] = ()
+    attachments: tuple[Attachment, ...] = ()
+    monitor: MonitorSpec | None = None
 
 
 class KillTask(Query[TaskStatus]):
@@ -221,11 +245,14 @@ class HandleTask(Query[Taken]):
     id: str = Field(pattern=TASK_ID_PATTERN)
     attempt: int = Field(ge=1)
     name: str
-    task_class: Literal["goal", "command"]
+    task_class: TaskClass
     message_revision: int = 1
     data: dict[str, Any]
     sender: str
     parent: str | None = None
+    grace: float = KILL_GRACE
+    monitor: MonitorSpec | None = None
+    retries: int = 0
 
 
 class CancelTask(Query[Taken]):
@@ -250,7 +277,8 @@ class ReportOutcome(Query[Taken]):
     """The handling module to central: how the handler ended.
 
     ``seen_failures`` are the children whose failures the handler received itself; they do not
-    fail the node. Repeated until central has acknowledged it, which it does after journaling.
+    fail the node. ``resolution`` is what an exception handler decided. Repeated until central has
+    acknowledged it, which it does after journaling.
     """
 
     wire_name = "tca.report"
@@ -261,6 +289,7 @@ class ReportOutcome(Query[Taken]):
     result: Any = None
     failure: Failure | None = None
     seen_failures: tuple[str, ...] = ()
+    resolution: Resolution | None = None
 
 
 class ProvidedMessage(BaseModel):
