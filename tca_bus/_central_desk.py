@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-import time
 from typing import TYPE_CHECKING
 
 from tca_bus._context import Context
 from tca_bus._errors import RefusedError, TaskError, did_you_mean
 from tca_bus._module import Module
+from tca_bus._orders import Order
 from tca_bus._protocol import (
     FindTask,
     KillTask,
@@ -59,10 +59,11 @@ class Desk:
         if ended is not None:
             check_same(task, ended.name, ended.data)
             return ended
+        task = await self._without_history(task)
         await self._central.admit(task)
         # It may have come, and ended, while this one waited.
         if task.id not in self._central.recent:
-            self._central.happen(Submitted(time.time(), task))
+            self._central.happen(Submitted(self._central.now(), task))
         return await self._known(task.id)
 
     async def kill(self, order: KillTask, context: Context) -> TaskStatus:
@@ -73,7 +74,9 @@ class Desk:
         if ended is not None:
             return ended
         reason = order.reason or f"killed by {context.sender}"
-        kept = self._central.happen(KillRequested(time.time(), order.id, reason, order.only_below))
+        kept = self._central.happen(
+            KillRequested(self._central.now(), order.id, reason, order.only_below)
+        )
         status = self._central.status(order.id)
         await kept
         if status is None:
@@ -107,16 +110,30 @@ class Desk:
         await self._central.ready.wait()
         self._check_reporter(report, context.sender)
         event = Reported(
-            time.time(),
+            self._central.now(),
             report.id,
             report.attempt,
             report.outcome,
             report.result,
             report.failure,
             report.seen_failures,
+            report.resolution,
         )
         await self._central.happen(event)
         return Taken(id=report.id, attempt=report.attempt)
+
+    async def _without_history(self, task: SubmitTask) -> SubmitTask:
+        """The task without constraints on tasks that have ended: those hold nothing."""
+        if not task.orders:
+            return task
+        orders = [order for order in task.orders if not await self._is_history(order, task.id)]
+        return task.model_copy(update={"orders": tuple(orders)})
+
+    async def _is_history(self, order: Order, task: str) -> bool:
+        first = order.first.task if order.first is not None else task
+        if first == task or first in self._central.tree:
+            return False
+        return first in self._central.recent or await self._central.journal.find(first) is not None
 
     def _check_reporter(self, report: ReportOutcome, sender: str) -> None:
         """Let a module report only what it was given itself."""

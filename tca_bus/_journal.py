@@ -22,8 +22,11 @@ from tca_bus._protocol import LogEntry, TaskStatus
 from tca_bus.tasktree import (
     TOMBSTONE_SECONDS,
     Ended,
+    Freed,
+    Prepared,
     Record,
     RecordedEvent,
+    Registered,
     Submitted,
     decode_event,
     encode_event,
@@ -31,6 +34,9 @@ from tca_bus.tasktree import (
 
 APPLICATION_ID = 0x54434131
 """Marks the file as ours ("TCA1"), so that another program's database is not taken for one."""
+
+BEGINNINGS = (Submitted, Prepared, Registered)
+"""Events with which the records of a root begin."""
 
 END = "Ended"
 """Kind of the line that says how a node ended; it is no input of the tree."""
@@ -90,14 +96,14 @@ class Journal:
         await self._close()
 
     async def write(
-        self, records: Iterable[Record], finals: Iterable[TaskStatus], ended: Iterable[Ended]
+        self, records: Iterable[Record], freed: Iterable[Freed], ended: Iterable[Ended]
     ) -> None:
         """Write what happened in one transaction; it is kept when this returns.
 
         Args:
             records: Events of the tree, in order.
-            finals: The statuses of nodes that ended with them.
-            ended: Top-level tasks that ended with them.
+            freed: The nodes that ended with them.
+            ended: Top-level tasks, and attachments to messages, that ended with them.
 
         Raises:
             JournalError: It could not be written.
@@ -105,10 +111,12 @@ class Journal:
         try:
             for record in records:
                 await self._write_record(record)
-            for status in finals:
-                await self._write_end(status)
+            for free in freed:
+                await self._write_end(free)
             for end in ended:
-                await self._write_tree(end)
+                await self._db.execute(
+                    "UPDATE roots SET ended = ? WHERE root = ?", (end.time, end.root)
+                )
             await self._db.commit()
             await self._prune()
         except sqlite3.Error as error:
@@ -136,7 +144,7 @@ class Journal:
         """All nodes of the ended top-level task that a task belongs to, parents first."""
         rows = await self._rows(
             "SELECT status FROM tasks WHERE root = (SELECT root FROM tasks WHERE task = ?) "
-            "ORDER BY number",
+            "ORDER BY number, rowid DESC",
             task,
         )
         return [TaskStatus.model_validate_json(status) for (status,) in rows]
@@ -146,7 +154,7 @@ class Journal:
         rows = await self._rows(
             "SELECT t.status FROM tasks t JOIN "
             "(SELECT root, ended FROM roots WHERE ended IS NOT NULL ORDER BY ended DESC LIMIT ?) r "
-            "ON r.root = t.root ORDER BY r.ended, t.root, t.number",
+            "ON r.root = t.root ORDER BY r.ended, t.root, t.number, t.rowid DESC",
             most,
         )
         return [TaskStatus.model_validate_json(status) for (status,) in rows]
@@ -186,35 +194,29 @@ class Journal:
         kind, body = encode_event(record.event)
         event = record.event
         query = "INSERT INTO roots (root) VALUES (?) ON CONFLICT DO NOTHING"
-        if isinstance(event, Submitted):
+        if isinstance(event, BEGINNINGS):
             # The end of a forgotten kill must not hide the task that came after all.
             query = query.replace("NOTHING", "UPDATE SET ended = NULL")
         await self._db.execute(query, (record.root,))
         await self._insert(event.time, record.root, event.id, record.name, kind, body)
 
-    async def _write_end(self, status: TaskStatus) -> None:
-        row = await self._rows("SELECT root FROM events WHERE task = ? LIMIT 1", status.id)
-        root = row[0][0] if row else status.id
+    async def _write_end(self, free: Freed) -> None:
+        status = free.status
         when = status.ended or status.created
         body = status.model_dump_json(exclude={"data", "result"})
-        await self._insert(when, root, status.id, status.name, END, body)
+        await self._insert(when, free.root, status.id, status.name, END, body)
+        # Parents are made before their children, and so come first.
+        number = round(status.created * 1e6)
+        await self._db.execute(
+            "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
+            (status.id, free.root, number, status.model_dump_json()),
+        )
 
     async def _insert(self, *values: object) -> None:
         self._written += 1
         await self._db.execute(
             "INSERT INTO events (time, root, task, name, kind, body) VALUES (?, ?, ?, ?, ?, ?)",
             values,
-        )
-
-    async def _write_tree(self, end: Ended) -> None:
-        ended = end.statuses[0].ended
-        await self._db.execute("UPDATE roots SET ended = ? WHERE root = ?", (ended, end.root))
-        await self._db.executemany(
-            "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
-            [
-                (status.id, end.root, number, status.model_dump_json())
-                for number, status in enumerate(end.statuses)
-            ],
         )
 
     async def _prune(self) -> None:
@@ -272,7 +274,8 @@ class Journal:
         # A kill whose task never came ends with its tombstone.
         await self._db.execute(
             "UPDATE roots SET ended = ?1 WHERE ended IS NULL "
-            "AND root NOT IN (SELECT root FROM events WHERE kind = 'Submitted') "
+            "AND root NOT IN (SELECT root FROM events "
+            "WHERE kind IN ('Submitted', 'Prepared', 'Registered')) "
             "AND root NOT IN (SELECT root FROM events WHERE time > ?1 - ?2)",
             (time.time(), TOMBSTONE_SECONDS),
         )

@@ -93,6 +93,11 @@ class Lifecycle(ABC):
         return task
 
     @property
+    def is_closed(self) -> bool:
+        """Whether the module was left, or is about to be."""
+        return self._is_leaving
+
+    @property
     def _parts(self) -> Parts:
         if self._open is None or self._is_leaving:
             raise ClosedError(self.name)

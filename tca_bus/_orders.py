@@ -1,6 +1,6 @@
 """Constraints between points in time: what of which task comes before what of another.
 
-Each task has three intervals, each with a start and an end (``tcaHandlingOf``, ``tcaStartOf``, ...).
+Each task has three intervals, each with a start and an end (``tcaHandlingOf``, ``tcaStartOf``).
 A constraint is written as a comparison and sent with `Module.constrain` or along with a task::
 
     drive.achieving.end <= ask.handling.start

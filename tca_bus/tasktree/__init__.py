@@ -51,6 +51,7 @@ from tca_bus.tasktree._events import (
     UncaughtFailure,
 )
 from tca_bus.tasktree._tree import LOST_PROVIDER_WAIT, TOMBSTONE_SECONDS, Tree
+from tca_bus.tasktree._walk import find_relative
 
 __all__ = [
     "LOST_PROVIDER_WAIT",
@@ -100,4 +101,5 @@ __all__ = [
     "check_same",
     "decode_event",
     "encode_event",
+    "find_relative",
 ]

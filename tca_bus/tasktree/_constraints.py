@@ -8,6 +8,8 @@ planning, a command from the start of its achievement and is planned from birth.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import pairwise
+from types import MappingProxyType
 
 from tca_bus._errors import RefusedError
 from tca_bus._orders import Order, Point, PointRef
@@ -136,9 +138,7 @@ def check_order(order: Order, nodes: Mapping[str, Node]) -> None:
         _check_path(order, first, then, nodes)
 
 
-def _check_path(
-    order: Order, first: PointRef, then: PointRef, nodes: Mapping[str, Node]
-) -> None:
+def _check_path(order: Order, first: PointRef, then: PointRef, nodes: Mapping[str, Node]) -> None:
     pairs = [(then, first)] if order.relation != "=" else [(then, first), (first, then)]
     for start, goal in pairs:
         path = find_path(nodes, (start.task, start.point), (goal.task, goal.point))
@@ -151,8 +151,27 @@ def _are_twins(path: list[PointOf], nodes: Mapping[str, Node], order: Order) -> 
     """Whether the path only says that the points pass together, which `<=` allows."""
     if order.relation == "<" or order.delay:
         return False
-    steps = zip(path, path[1:], strict=False)
+    steps = pairwise(path)
     return all(b in nodes[a[0]].twins.get(a[1], ()) for a, b in steps)
+
+
+def check_together(orders: Iterable[Order], nodes: Mapping[str, Node]) -> None:
+    """Refuse constraints that would make points wait for each other when all are made.
+
+    Raises:
+        RefusedError: It names the points.
+    """
+    added: dict[PointOf, list[PointOf]] = {}
+    for order in orders:
+        if order.first is None:
+            continue
+        first = (order.first.task, order.first.point)
+        then = (order.then.task, order.then.point)
+        path = find_path(nodes, then, first, added)
+        if path is not None and order.relation != "=":
+            words = ", then ".join(f"{point.value} of {id}" for id, point in path)
+            raise RefusedError(f"the constraint {order}", f"these points come in order: {words}")
+        added.setdefault(first, []).append(then)
 
 
 def as_recorded(order: Order, nodes: Mapping[str, Node]) -> Order | None:
@@ -172,16 +191,22 @@ def as_recorded(order: Order, nodes: Mapping[str, Node]) -> Order | None:
 
 
 def find_path(
-    nodes: Mapping[str, Node], start: PointOf, goal: PointOf
+    nodes: Mapping[str, Node],
+    start: PointOf,
+    goal: PointOf,
+    added: Mapping[PointOf, list[PointOf]] = MappingProxyType({}),
 ) -> list[PointOf] | None:
-    """A way from a point to one that has to wait for it, perhaps over others; None if none."""
+    """A way from a point to one that has to wait for it, perhaps over others; None if none.
+
+    ``added`` are constraints that are not in the tree yet.
+    """
     came_from: dict[PointOf, PointOf | None] = {start: None}
     stack = [start]
     while stack:
         here = stack.pop()
         if here == goal:
             return _trace(came_from, here)
-        for after in _after(nodes, here):
+        for after in [*_after(nodes, here), *added.get(here, ())]:
             if after not in came_from:
                 came_from[after] = here
                 stack.append(after)

@@ -95,6 +95,4 @@ class Ended:
     time: float
 
 
-Effect = (
-    Record | Dispatch | Cancel | Publish | WaitForHandler | SetAlarm | Tell | Freed | Ended
-)
+Effect = Record | Dispatch | Cancel | Publish | WaitForHandler | SetAlarm | Tell | Freed | Ended

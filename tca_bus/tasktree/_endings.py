@@ -144,7 +144,9 @@ class Endings(Spawning):
         sources = node.open[Point.END_ACHIEVING]
         if not node.is_alive or not 0 < len(sources) <= len(node.monitors):
             return
-        if self._may_pass(node, Point.END_ACHIEVING) and all(s.id in node.monitors for s in sources):
+        if self._may_pass(node, Point.END_ACHIEVING) and all(
+            s.id in node.monitors for s in sources
+        ):
             for source in sources:
                 self._later(self._expire, self.nodes[source.id])
 

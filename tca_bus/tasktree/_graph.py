@@ -113,7 +113,8 @@ class Graph(ABC):
         group = self._together(node, point)
         if not all(self._is_free(*member) for member in group):
             return
-        if any([self._is_gated(*member) for member in group]):
+        gated = [self._is_gated(*member) for member in group]
+        if any(gated):
             return
         for member, own_point in group:
             self._pass(member, own_point)

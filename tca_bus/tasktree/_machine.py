@@ -148,9 +148,7 @@ class Machine(Failing):
             case CleanUp():
                 node.clean_ups[what.id] = what
 
-    def _place(
-        self, time: float, task: SubmitTask, origin: Origin, taps: tuple[Tap, ...]
-    ) -> Node:
+    def _place(self, time: float, task: SubmitTask, origin: Origin, taps: tuple[Tap, ...]) -> Node:
         parent = self.nodes[task.parent] if task.parent is not None else None
         node = Node(task, time, parent.root if parent else task.id, origin)
         self.nodes[node.id] = node

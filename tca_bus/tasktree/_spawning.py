@@ -29,9 +29,7 @@ class Spawning(Graph):
         self.sends: list[Submitted] = []
         self.tells: list[Tell] = []
 
-    def _spawn(
-        self, node: Node, sending: Sending, origin: Origin, *, data: dict[str, Any]
-    ) -> str:
+    def _spawn(self, node: Node, sending: Sending, origin: Origin, *, data: dict[str, Any]) -> str:
         """Send a message as a child of the node."""
         task = _submission(self._new_id(node, origin), sending, data, parent=node.id)
         node.children[task.id] = None

@@ -18,7 +18,7 @@ from tca_bus.tasktree._admission import (
     check_parent,
     check_submission,
 )
-from tca_bus.tasktree._constraints import as_recorded
+from tca_bus.tasktree._constraints import as_recorded, check_together
 from tca_bus.tasktree._effects import (
     Cancel,
     Dispatch,
@@ -166,6 +166,14 @@ class Tree:
         """
         check_order(order, self._machine.nodes)
 
+    def check_orders(self, orders: Iterable[Order]) -> None:
+        """Refuse constraints of which each could be kept, but not all together.
+
+        Raises:
+            RefusedError: it names the points that would wait for each other.
+        """
+        check_together(orders, self._machine.nodes)
+
     def check_attachment(self, what: Attachment) -> None:
         """Refuse what cannot be attached.
 
@@ -225,7 +233,8 @@ class Tree:
         """What is attached to messages and to nodes that are alive."""
         found: list[Registered | Attached] = list(self._registry)
         for node in self._machine.nodes.values():
-            whats = (*node.taps.values(), *node.catches.values(), *node.clean_ups.values())
+            whats: list[Attachment] = [*node.taps.values()]
+            whats += [*node.catches.values(), *node.clean_ups.values()]
             own = [what for what in whats if what.id not in self._registry]
             found += [Attached(node.created, node.id, what) for what in own]
         return found
@@ -284,9 +293,7 @@ class Tree:
         lost: list[Event] = [
             HandlerLost(event.time, node.id, node.attempt, module) for node in nodes
         ]
-        lost += [
-            Deregistered(event.time, id) for id in self._registry.owned_by(event.incarnation)
-        ]
+        lost += [Deregistered(event.time, id) for id in self._registry.owned_by(event.incarnation)]
         unsent = [
             node.id
             for node in self._machine.nodes.values()

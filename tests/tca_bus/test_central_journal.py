@@ -13,9 +13,9 @@ from tca_bus._protocol import Outcome, SubmitTask
 from tca_bus.tasktree import (
     Ended,
     Event,
+    Freed,
     KillRequested,
     ProviderAppeared,
-    Publish,
     Record,
     Reported,
     Submitted,
@@ -35,7 +35,7 @@ class Keeper:
         effects = [effect for event in events for effect in self.tree.apply(event)]
         await self.journal.write(
             [effect for effect in effects if isinstance(effect, Record)],
-            [e.status for e in effects if isinstance(e, Publish) and e.status.is_ended],
+            [effect for effect in effects if isinstance(effect, Freed)],
             [effect for effect in effects if isinstance(effect, Ended)],
         )
 
@@ -121,13 +121,14 @@ async def test_the_log_is_read_forwards_backwards_and_by_task(path):
             ("b", "submitted"),
             ("b", "dispatched"),
             ("a", "handler failed"),
+            ("a", "uncaught"),
             ("a", "failed"),
             ("b", "kill requested"),
         ]
-        assert "the door is closed (door_blocked)" in log[5].text
-        assert [line.number for line in await journal.read_log(-2, 100, None)] == [6, 7]
+        assert "the door is closed (door_blocked)" in log[6].text
+        assert [line.number for line in await journal.read_log(-2, 100, None)] == [7, 8]
         assert len(await journal.read_log(0, 3, None)) == 3
-        assert [line.number for line in await journal.read_log(4, 100, "a")] == [5, 6]
+        assert [line.number for line in await journal.read_log(4, 100, "a")] == [5, 6, 7]
 
 
 async def test_a_forgotten_kill_ends_and_its_task_may_still_come(path):

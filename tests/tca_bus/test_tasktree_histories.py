@@ -210,11 +210,7 @@ class Histories(RuleBasedStateMachine):
     @precondition(lambda self: self.handled_now())
     @rule(pick=PICK)
     def trigger(self, pick: int) -> None:
-        watching = [
-            key
-            for key in self.handled_now()
-            if self.tree.node(key[0]).is_interval_monitor
-        ]
+        watching = [key for key in self.handled_now() if self.tree.node(key[0]).is_interval_monitor]
         if watching:
             id, attempt = self.pick(watching, pick)
             watch = self.tree.node(id).watch
@@ -336,8 +332,7 @@ class Histories(RuleBasedStateMachine):
             s.id
             for s in self.tree.statuses(id)
             if not any(
-                self.tree.node(above).role == "clean-up"
-                for above in [s.id, *self.above(s.id)]
+                self.tree.node(above).role == "clean-up" for above in [s.id, *self.above(s.id)]
             )
         } - ({id} if only_below else set())
         self.happen(KillRequested(self.time, id, "no more", only_below))
