@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
+from tca_bus._central_past import without_past
 from tca_bus._context import Context
 from tca_bus._errors import RefusedError, TaskError, did_you_mean
 from tca_bus._module import Module
-from tca_bus._orders import Order
 from tca_bus._protocol import (
     FindTask,
     KillTask,
@@ -59,7 +59,9 @@ class Desk:
         if ended is not None:
             check_same(task, ended.name, ended.data)
             return ended
-        task = await self._without_history(task)
+        if task.orders:
+            orders = await without_past(self._central, task.orders, new=task.id)
+            task = task.model_copy(update={"orders": tuple(orders)})
         await self._central.admit(task)
         # It may have come, and ended, while this one waited.
         if task.id not in self._central.recent:
@@ -121,19 +123,6 @@ class Desk:
         )
         await self._central.happen(event)
         return Taken(id=report.id, attempt=report.attempt)
-
-    async def _without_history(self, task: SubmitTask) -> SubmitTask:
-        """The task without constraints on tasks that have ended: those hold nothing."""
-        if not task.orders:
-            return task
-        orders = [order for order in task.orders if not await self._is_history(order, task.id)]
-        return task.model_copy(update={"orders": tuple(orders)})
-
-    async def _is_history(self, order: Order, task: str) -> bool:
-        first = order.first.task if order.first is not None else task
-        if first == task or first in self._central.tree:
-            return False
-        return first in self._central.recent or await self._central.journal.find(first) is not None
 
     def _check_reporter(self, report: ReportOutcome, sender: str) -> None:
         """Let a module report only what it was given itself."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tca_bus._attachments import Attachment
+from tca_bus._central_past import without_past
 from tca_bus._context import Context
 from tca_bus._errors import RefusedError, TaskError, did_you_mean
 from tca_bus._module import Module
@@ -81,7 +82,7 @@ class SteeringDesk:
         """Add constraints, all or none."""
         central = self._central
         await central.ready.wait()
-        effective = [order for order in question.orders if not await self._is_history(order)]
+        effective = await without_past(central, question.orders)
         self._check_together(effective)
         for order in effective:
             kept = central.happen(Constrained(central.now(), order))
@@ -189,13 +190,6 @@ class SteeringDesk:
         if status is None:
             raise TaskError(UNKNOWN_TASK, f"task {id!r} is gone")
         return status
-
-    async def _is_history(self, order: Order) -> bool:
-        """Whether a constraint waits for a task that has ended: it holds nothing."""
-        if order.first is None or order.first.task in self._central.tree:
-            return False
-        ended = await self._central.journal.find(order.first.task)
-        return ended is not None or order.first.task in self._central.recent
 
     def _check_together(self, orders: list[Order]) -> None:
         """Refuse all when one cannot be kept.

@@ -17,18 +17,25 @@ from tca_bus._types import answer_adapter, summary
 QUERIES = frozenset({MessageClass.QUERY, MessageClass.MULTI_QUERY})
 ONE_WAY = frozenset({MessageClass.INFORM, MessageClass.BROADCAST})
 TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND})
+IN_THE_TREE = TASKS | {MessageClass.EXCEPTION, MessageClass.DEMON}
+"""The classes whose handlers central calls."""
 
 HandlerFunction = Callable[..., Awaitable[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Handler:
-    """A function that handles a message type; ``built_in`` ones are not announced."""
+    """A function that handles a message type; ``built_in`` ones are not announced.
+
+    ``name`` is that under which it is found: the message's, but for exception handlers, of which
+    there may be several for one exception.
+    """
 
     message_type: type[Message]
     function: HandlerFunction
     capacity: int
     built_in: bool
+    name: str
 
     @property
     def is_provided(self) -> bool:
@@ -48,14 +55,14 @@ class Handler:
             task = asyncio.current_task()
             if task is None or task.cancelling():
                 raise
-            raise RefusedError(self.message_type.wire_name, "its handler was cancelled") from error
+            raise RefusedError(self.name, "its handler was cancelled") from error
 
     def card(self) -> ProvidedMessage:
         """The handler as others see it."""
         kind = self.message_type
         answered = kind.message_class in QUERIES | TASKS
         return ProvidedMessage(
-            name=kind.wire_name,
+            name=self.name,
             message_class=kind.message_class.value,
             revision=kind.revision,
             summary=summary(kind),
@@ -78,13 +85,14 @@ class Handlers:
         *,
         capacity: int = 1,
         built_in: bool = False,
+        name: str | None = None,
     ) -> Handler:
         """Register a handler.
 
         Raises:
             ConfigError: There is one for the name, or name, capacity or function are of no use.
         """
-        name = message_type.wire_name
+        name = name or message_type.wire_name
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("wire name", name, CHUNK_EXPECTED)
         if name in self._by_name:
@@ -93,7 +101,7 @@ class Handlers:
             raise ConfigError("capacity", capacity, "at least 1")
         if not inspect.iscoroutinefunction(function):
             raise ConfigError("handler", function, "an async function (message, context)")
-        handler = Handler(message_type, function, capacity, built_in)
+        handler = Handler(message_type, function, capacity, built_in, name)
         self._by_name[name] = handler
         return handler
 
@@ -106,4 +114,4 @@ class Handlers:
 
     def provided(self) -> tuple[str, ...]:
         """The names that the module's token announces."""
-        return tuple(sorted(h.message_type.wire_name for h in self if h.is_provided))
+        return tuple(sorted(h.name for h in self if h.is_provided))

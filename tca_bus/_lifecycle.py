@@ -12,7 +12,6 @@ from types import TracebackType
 from typing import Any, Self
 
 from tca_bus._clock import Clock, WallClock
-from tca_bus._context import Context, TaskContext
 from tca_bus._core import Core, Tally, new_incarnation
 from tca_bus._errors import ClosedError, ConfigError
 from tca_bus._handlers import Handlers
@@ -20,8 +19,8 @@ from tca_bus._keys import Keys
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
 from tca_bus._parts import Parts
 from tca_bus._presence_feed import PresenceFeed
-from tca_bus._protocol import HandleTask
 from tca_bus._session import Session
+from tca_bus._work import Contexts
 
 logger = logging.getLogger(__name__)
 
@@ -111,18 +110,13 @@ class Lifecycle(ABC):
             core=core,
             handlers=self._handlers,
             clock_kind=self.options.clock,
-            context=self._context,
-            task_context=self._task_context,
+            contexts=self._contexts(),
             started=time.time(),
         )
 
     @abstractmethod
-    def _context(self, *, sender: str, id: str) -> Context:
-        """Make what a handler of a query or one-way message is given."""
-
-    @abstractmethod
-    def _task_context(self, task: HandleTask) -> TaskContext:
-        """Make what a handler of a task is given."""
+    def _contexts(self) -> Contexts:
+        """What makes the contexts of this module's handlers."""
 
     def _transport_changed(self, is_up: bool) -> None:
         if self._open is not None and not self._is_leaving:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, Unpack
 
-from tca_bus._context import Context, TaskContext
+from tca_bus._contexts import ModuleContexts
 from tca_bus._errors import TimedOutError
 from tca_bus._handle import TaskHandle
 from tca_bus._messages import (
@@ -19,15 +19,20 @@ from tca_bus._messages import (
     MultiQuery,
     Query,
     TaskMessage,
+    TcaException,
 )
 from tca_bus._multi import ask_all
+from tca_bus._orders import HasPoints
 from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
-from tca_bus._protocol import Constraint, HandleTask, SubmitTask, TaskStatus
+from tca_bus._protocol import Constraint, SubmitTask, TaskStatus
+from tca_bus._sending import SendOptions
+from tca_bus._steering import Steering
 from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
-from tca_bus._tasks import new_task_id
+from tca_bus._task_context import TaskContext
+from tca_bus._tasks import TaskSender, new_task_id
 from tca_bus._types import answer_adapter
 from tca_bus._wire import build, decode_answer, encode_message
 
@@ -36,7 +41,7 @@ M = TypeVar("M", bound=Message)
 HandlerT = TypeVar("HandlerT", bound=Callable[..., Awaitable[Any]])
 
 
-class Module(PlainMessages):
+class Module(PlainMessages, Steering):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
@@ -79,6 +84,27 @@ class Module(PlainMessages):
         if self._open is not None:
             self._open.attend(handler)
             self._open.announce()
+
+    def exception_handler(
+        self, exception: type[TcaException], *, name: str, capacity: int = 1
+    ) -> Callable[[HandlerT], HandlerT]:
+        """Register the decorated async function as an exception handler served as ``name``.
+
+        It is called with the exception and an `ExceptionContext`, for the failures to which it is
+        attached with ``catch(exception, by=name)``. For `TcaException` itself, which stands for
+        all, it is called without the failure's data; the context has them.
+
+        Raises:
+            ConfigError: The name is taken, or the function is not async.
+        """
+
+        def register(function: HandlerT) -> HandlerT:
+            self._handlers.add(exception, function, capacity=capacity, name=name)
+            if self._open is not None:
+                self._open.announce()
+            return function
+
+        return register
 
     async def query(
         self, message: Query[R], *, to: str | PresentModule | None = None, timeout: float = 10.0
@@ -127,21 +153,10 @@ class Module(PlainMessages):
         payload = encode_message(message)
         self._parts.topics.publish(MessageClass.BROADCAST, message.wire_name, payload)
 
-    async def expand(
-        self,
-        goal: Goal[R],
-        *,
-        id: str | None = None,
-        constraints: Constraint = Constraint.SEQ_ACH,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
-    ) -> TaskHandle[R]:
+    async def expand(self, goal: Goal[R], **options: Unpack[SendOptions]) -> TaskHandle[R]:
         """Make a goal node at the root of the task tree.
 
-        Returns once central has acknowledged it. ``id`` makes it idempotent: a second call with
-        it, even from a later process, gives the same node and its recorded outcome.
-        ``wait_for_handler`` is how many seconds central waits for a module that handles it.
+        Returns once central has acknowledged it; `SendOptions` has the options.
 
         Raises:
             NoHandlerError: No module handles it, or there is no central.
@@ -150,66 +165,58 @@ class Module(PlainMessages):
             TimedOutError: No acknowledgement within ``timeout`` wall seconds.
             BusGoneError: The router was away for the rest of that time.
         """
-        return await self.submit(
-            goal,
-            id=id,
-            constraints=constraints,
-            priority=priority,
-            wait_for_handler=wait_for_handler,
-            timeout=timeout,
-        )
+        return await self.submit(goal, **options)
 
-    async def execute(
-        self,
-        command: Command[R],
-        *,
-        id: str | None = None,
-        constraints: Constraint = Constraint.SEQ_ACH,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
-    ) -> TaskHandle[R]:
+    async def execute(self, command: Command[R], **options: Unpack[SendOptions]) -> TaskHandle[R]:
         """Make a command node at the root of the task tree; see `expand`."""
-        return await self.submit(
-            command,
-            id=id,
-            constraints=constraints,
-            priority=priority,
-            wait_for_handler=wait_for_handler,
-            timeout=timeout,
-        )
+        return await self.submit(command, **options)
 
     async def submit(
         self,
         message: TaskMessage[R],
         *,
-        id: str | None = None,
-        constraints: Constraint = Constraint.SEQ_ACH,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
         inside: TaskContext | None = None,
+        **options: Unpack[SendOptions],
     ) -> TaskHandle[R]:
         """Make a goal or command node, at the root or below the node of ``inside``."""
         kind = type(message)
+        priority = options.get("priority")
         task = build(
             SubmitTask,
-            id=id or new_task_id(self.name),
+            id=options.get("id") or new_task_id(self.name),
             name=kind.wire_name,
             task_class="goal" if isinstance(message, Goal) else "command",
             message_revision=kind.revision,
             data=message.model_dump(mode="json"),
             sender=self.name,
             parent=inside.id if inside else None,
-            constraints=int(constraints),
-            priority=priority,
-            on_module_lost=kind.on_module_lost,
-            wait_for_handler=wait_for_handler,
+            constraints=int(options.get("constraints", Constraint.SEQ_ACH)),
+            priority=kind.priority if priority is None else priority,
+            on_module_lost=options.get("on_module_lost", kind.on_module_lost),
+            on_unhandled=options.get("on_unhandled", kind.on_unhandled),
+            wait_for_handler=options.get("wait_for_handler", 0.0),
+            within=options.get("within"),
+            grace=kind.grace,
+            orders=tuple(options.get("orders", ())),
+            attachments=tuple(options.get("attach", ())),
         )
         noted = inside.saw_failure if inside else None
+        timeout = options.get("timeout", 10.0)
         return await self._parts.sender.submit(
             task, answer_adapter(kind), timeout=timeout, on_failure=noted
         )
+
+    def answer(self, task: str | HasPoints, result: Any = None) -> None:
+        """End a task whose handler in this module postponed its answer.
+
+        Raises:
+            TaskError: ``not_postponed``, it waits for no answer here.
+        """
+        self._parts.worker.answer(task if isinstance(task, str) else task.id_of(), result)
+
+    def answer_failure(self, task: str | HasPoints, error: Exception) -> None:
+        """Let a postponed task fail as if its handler had raised ``error``; see `answer`."""
+        self._parts.worker.answer(task if isinstance(task, str) else task.id_of(), error)
 
     async def kill(self, task_id: str, *, reason: str, only_below: bool = False) -> TaskStatus:
         """Ask central to kill a task and all below it, or only what is below it.
@@ -282,8 +289,9 @@ class Module(PlainMessages):
         parts = self._parts
         return Streams(parts.core, parts.topics)
 
-    def _context(self, *, sender: str, id: str) -> Context:
-        return Context(self, sender=sender, id=id)
+    @property
+    def _tasks(self) -> TaskSender:
+        return self._parts.sender
 
-    def _task_context(self, task: HandleTask) -> TaskContext:
-        return TaskContext(self, sender=task.sender, id=task.id, attempt=task.attempt)
+    def _contexts(self) -> ModuleContexts:
+        return ModuleContexts(self)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import enum
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Literal
 
@@ -140,10 +141,12 @@ class Interval:
     end: Moment
 
 
-class HasPoints:
+class HasPoints(ABC):
     """What has the id of a task, and so its points."""
 
-    id: str
+    @abstractmethod
+    def id_of(self) -> str:
+        """The id of the task."""
 
     @property
     def handling(self) -> Interval:
@@ -162,7 +165,8 @@ class HasPoints:
 
     def _interval(self, start: Point, end: Point) -> Interval:
         return Interval(
-            Moment(PointRef(task=self.id, point=start)), Moment(PointRef(task=self.id, point=end))
+            Moment(PointRef(task=self.id_of(), point=start)),
+            Moment(PointRef(task=self.id_of(), point=end)),
         )
 
 
@@ -171,3 +175,7 @@ class TaskRef(HasPoints):
     """A task by its id, sent or only prepared."""
 
     id: str
+
+    def id_of(self) -> str:
+        """The id of the task."""
+        return self.id

@@ -16,20 +16,20 @@ from zenoh.handlers import Callback
 from tca_bus._bridge import Mailbox
 from tca_bus._caller import Caller
 from tca_bus._clock import Clock, WallClock
-from tca_bus._context import Context, TaskContext
+from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._handlers import ONE_WAY, Handler, Handlers
 from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
 from tca_bus._presence import PresentModule
-from tca_bus._protocol import Describe, HandleTask, ModuleCard, TaskStatus
-from tca_bus._serving import MOST_WAITING, ContextFactory, QueryServer
+from tca_bus._protocol import Describe, ModuleCard, TaskStatus
+from tca_bus._serving import MOST_WAITING, QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import STATUS_ENCODING, TaskSender
 from tca_bus._topics import Arrival, Topics
-from tca_bus._work import TaskWorker
+from tca_bus._work import Contexts, TaskWorker
 
 logger = logging.getLogger(__name__)
 
@@ -48,16 +48,15 @@ class Parts:
     core: Core
     handlers: Handlers
     clock_kind: str
-    context: ContextFactory
-    task_context: Callable[[HandleTask], TaskContext]
+    contexts: Contexts
     started: float
 
     def __post_init__(self) -> None:
-        self.topics = Topics(self.core, self.context)
+        self.topics = Topics(self.core, self.contexts.plain)
         self.caller = Caller(self.core)
-        self.server = QueryServer(self.core, self.handlers, self.context)
+        self.server = QueryServer(self.core, self.handlers, self.contexts.plain)
         self.sender = TaskSender(self.core, self.caller, self.topics)
-        self.worker = TaskWorker(self.core, self.handlers, self.sender, self.task_context)
+        self.worker = TaskWorker(self.core, self.handlers, self.sender, self.contexts)
         self.sim_time = SimTimeLink(self.core, self.topics)
         self._token: zenoh.LivelinessToken | None = None
         self._announced = ""

@@ -19,7 +19,6 @@ from tca_bus.tasktree._events import (
     Origin,
     Reported,
     Role,
-    Submitted,
     UncaughtFailure,
 )
 from tca_bus.tasktree._node import Node, Recovery
@@ -76,9 +75,7 @@ class Failing(Endings):
             constraints=0,
             wait_for_handler=HANDLER_PATIENCE,
         )
-        node.children[task.id] = None
-        node.alive[task.id] = None
-        self.sends.append(Submitted(self.now, task, None, origin=origin))
+        self._send_below(node, task, origin)
 
     def _fail(self, node: Node, why: Failure) -> None:
         if not node.is_alive or node.failing:

@@ -32,10 +32,16 @@ class Spawning(Graph):
     def _spawn(self, node: Node, sending: Sending, origin: Origin, *, data: dict[str, Any]) -> str:
         """Send a message as a child of the node."""
         task = _submission(self._new_id(node, origin), sending, data, parent=node.id)
+        self._send_below(node, task, origin)
+        return task.id
+
+    def _send_below(self, node: Node, task: SubmitTask, origin: Origin) -> None:
+        """Keep the place of a new child until it is there; the node does not end before it."""
         node.children[task.id] = None
         node.alive[task.id] = None
+        if origin.role in {Role.ACTION, Role.RECOVERY}:
+            node.open[Point.END_ACHIEVING][Source(task.id, Point.END_ACHIEVING)] = None
         self.sends.append(Submitted(self.now, task, None, origin=origin))
-        return task.id
 
     def _new_id(self, node: Node, origin: Origin) -> str:
         node.spawned += 1
