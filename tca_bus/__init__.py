@@ -10,6 +10,7 @@ from tca_bus._errors import (
     HandlerFailedError,
     InvalidMessageError,
     KilledError,
+    NeverSetError,
     NoHandlerError,
     PeerLostError,
     RefusedError,
@@ -17,6 +18,7 @@ from tca_bus._errors import (
     TaskFailedError,
     TcaError,
     TimedOutError,
+    VariableChangedError,
     did_you_mean,
     near_matches,
 )
@@ -41,6 +43,8 @@ from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import AwaitTime, Constraint, SimulatedTime, TaskState, TaskStatus
 from tca_bus._router import Router
 from tca_bus._subscription import Subscription
+from tca_bus._variable_watch import VariableWatch
+from tca_bus._variables import Reading, Variable, VariableState
 
 __all__ = [
     "AwaitTime",
@@ -64,11 +68,13 @@ __all__ = [
     "MessageClass",
     "Module",
     "MultiQuery",
+    "NeverSetError",
     "NoHandlerError",
     "PeerLostError",
     "PresenceChange",
     "PresentModule",
     "Query",
+    "Reading",
     "RefusedError",
     "Router",
     "SimulatedTime",
@@ -83,6 +89,10 @@ __all__ = [
     "TcaError",
     "TcaException",
     "TimedOutError",
+    "Variable",
+    "VariableChangedError",
+    "VariableState",
+    "VariableWatch",
     "configure_logging",
     "did_you_mean",
     "near_matches",

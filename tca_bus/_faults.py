@@ -19,6 +19,7 @@ from tca_bus._errors import (
     HandlerFailedError,
     InvalidMessageError,
     KilledError,
+    NeverSetError,
     NoHandlerError,
     PeerLostError,
     RefusedError,
@@ -26,6 +27,7 @@ from tca_bus._errors import (
     TaskFailedError,
     TcaError,
     TimedOutError,
+    VariableChangedError,
 )
 from tca_bus._failure import Failure
 from tca_bus._wire import Payload
@@ -39,10 +41,12 @@ FAILURE_NAMES: dict[type[TcaError], str] = {
     ConfigError: "config",
     InvalidMessageError: "invalid_message",
     KilledError: "killed",
+    NeverSetError: "never_set",
     NoHandlerError: "no_handler",
     PeerLostError: "peer_lost",
     RefusedError: "refused",
     TimedOutError: "timed_out",
+    VariableChangedError: "variable_changed",
 }
 """The failure names of bus errors that end a handler."""
 
@@ -54,6 +58,11 @@ SAME_CLASS: dict[str, tuple[type[TcaError], dict[str, str]]] = {
     "timed_out": (TimedOutError, {"what": "what", "seconds": "seconds"}),
     "killed": (KilledError, {"task": "task", "reason": "reason"}),
     "peer_lost": (PeerLostError, {"module": "module", "what": "what"}),
+    "never_set": (NeverSetError, {"name": "name", "known": "near"}),
+    "variable_changed": (
+        VariableChangedError,
+        {"name": "name", "expected": "expected", "found": "found"},
+    ),
 }
 """Kinds of error replies that come out as the class that went in: the class, and for each
 argument of it the attribute that has its value."""

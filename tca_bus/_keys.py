@@ -7,6 +7,7 @@
     <realm>/inform/<name>/<sender>                                informs
     <realm>/broadcast/<name>/<sender>                             broadcasts
     <realm>/task/<sender>/<id>                                    task states, from central
+    <realm>/variable/<name>                                       shared variables, from central
     <realm>/presence/<module>/<incarnation>/<host>/<pid>/<names>  liveliness tokens; names of the
                                                                   messages it handles, by comma
 
@@ -59,6 +60,10 @@ class Keys:
     def all_tasks(self) -> str:
         """All task states."""
         return f"{self.realm}/task/**"
+
+    def variable(self, name: str) -> str:
+        """The key of a shared variable; ``*`` for all."""
+        return f"{self.realm}/variable/{name}"
 
     def presence(self, module: PresentModule) -> str:
         """The liveliness token of a module."""

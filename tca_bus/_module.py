@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from tca_bus._context import Context, TaskContext
 from tca_bus._errors import TimedOutError
 from tca_bus._handle import TaskHandle
+from tca_bus._keys import Keys
 from tca_bus._messages import (
     Broadcast,
     Command,
@@ -25,18 +26,20 @@ from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import Constraint, HandleTask, SubmitTask, TaskStatus
+from tca_bus._shared import SharedVariables
+from tca_bus._state_server import Lookup
 from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import new_task_id
 from tca_bus._types import answer_adapter
-from tca_bus._wire import build, decode_answer, encode_message
+from tca_bus._wire import Payload, build, decode_answer, encode_message
 
 R = TypeVar("R")
 M = TypeVar("M", bound=Message)
 HandlerT = TypeVar("HandlerT", bound=Callable[..., Awaitable[Any]])
 
 
-class Module(PlainMessages):
+class Module(PlainMessages, SharedVariables):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
@@ -276,6 +279,23 @@ class Module(PlainMessages):
         ``lookup(sender, id)`` gives the states to answer with; either may be ``*``.
         """
         self._parts.serve_statuses(lookup)
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of the realm."""
+        return self._parts.core.keys
+
+    def publish_state(self, key: str, payload: Payload) -> None:
+        """Publish a state on a key of its own; central does."""
+        self._parts.topics.send(key, payload)
+
+    def serve_states(self, key: str, lookup: Lookup) -> None:
+        """Answer Zenoh gets on ``key`` with the states that ``lookup`` gives; central does."""
+        self._parts.serve_states(key, lookup)
+
+    def on_return(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` when the router is back; gives a function that ends it."""
+        return self._parts.on_return(listener)
 
     @property
     def _streams(self) -> Streams:

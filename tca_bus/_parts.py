@@ -11,9 +11,7 @@ from importlib.metadata import version
 from typing import Any
 
 import zenoh
-from zenoh.handlers import Callback
 
-from tca_bus._bridge import Mailbox
 from tca_bus._caller import Caller
 from tca_bus._clock import Clock, WallClock
 from tca_bus._context import Context, TaskContext
@@ -23,12 +21,14 @@ from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
 from tca_bus._presence import PresentModule
 from tca_bus._protocol import Describe, HandleTask, ModuleCard, TaskStatus
-from tca_bus._serving import MOST_WAITING, ContextFactory, QueryServer
+from tca_bus._serving import ContextFactory, QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
+from tca_bus._state_server import Lookup, StateServer
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import STATUS_ENCODING, TaskSender
 from tca_bus._topics import Arrival, Topics
+from tca_bus._wire import Payload
 from tca_bus._work import TaskWorker
 
 logger = logging.getLogger(__name__)
@@ -61,6 +61,7 @@ class Parts:
         self.sim_time = SimTimeLink(self.core, self.topics)
         self._token: zenoh.LivelinessToken | None = None
         self._announced = ""
+        self._on_return: list[Callable[[], None]] = []
 
     @property
     def me(self) -> PresentModule:
@@ -118,23 +119,31 @@ class Parts:
         self.core.presence.transport_changed(is_up)
         if is_up:
             self.sender.ask_again()
+            for listener in list(self._on_return):
+                listener()
+
+    def on_return(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` when the router is back; gives a function that ends it."""
+        self._on_return.append(listener)
+        return lambda: self._on_return.remove(listener)
+
+    def serve_states(self, key: str, lookup: Lookup) -> None:
+        """Answer Zenoh gets of published states."""
+        StateServer(self.core, key, lookup).begin()
 
     def serve_statuses(self, lookup: StatusLookup) -> None:
         """Answer Zenoh gets of task states."""
-        box = Mailbox[zenoh.Query](
-            lambda query: self._reply_statuses(query, lookup),
-            size=MOST_WAITING,
-            refuse=lambda query: query.drop(),
-        )
-        self.core.tally.counters["task states asked for"] = lambda: box.dropped
-        self.core.session.zenoh.declare_queryable(self.core.keys.all_tasks(), Callback(box.post))
 
-    def _reply_statuses(self, query: zenoh.Query, lookup: StatusLookup) -> None:
-        with query:
-            for status in lookup(*parse_task(str(query.key_expr))):
-                key = zenoh.KeyExpr(self.core.keys.task(status.sender, status.id))
-                if query.key_expr.intersects(key):
-                    query.reply(key, status.model_dump_json(), encoding=STATUS_ENCODING)
+        def states(key: str) -> list[tuple[str, Payload]]:
+            return [
+                (
+                    self.core.keys.task(status.sender, status.id),
+                    Payload(status.model_dump_json().encode(), STATUS_ENCODING),
+                )
+                for status in lookup(*parse_task(key))
+            ]
+
+        self.serve_states(self.core.keys.all_tasks(), states)
 
     async def _describe(self, _question: Describe, _context: Context) -> ModuleCard:
         me = self.me
