@@ -38,6 +38,7 @@ from tca_bus._messages import (
     TcaException,
 )
 from tca_bus._module import Module
+from tca_bus._multi import Answers
 from tca_bus._options import BusOptions
 from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import AwaitTime, Constraint, SimulatedTime, TaskState, TaskStatus
@@ -47,6 +48,7 @@ from tca_bus._variable_watch import VariableWatch
 from tca_bus._variables import Reading, Variable, VariableState
 
 __all__ = [
+    "Answers",
     "AwaitTime",
     "Broadcast",
     "BusGoneError",

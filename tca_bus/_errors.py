@@ -12,6 +12,7 @@
     ├── KilledError            the task was killed or cancelled        exit 6
     ├── RefusedError           the other side may not or will not      exit 7
     │   └── BusyError          it has too much waiting to take more    exit 7
+    │       └── AtCapacityError    the handler has no place free now   exit 7
     ├── PeerLostError          the module that had it died             exit 1
     ├── NeverSetError          a shared variable has no value yet      exit 1
     ├── VariableChangedError   it is not as the setter expected        exit 1
@@ -145,6 +146,10 @@ class RefusedError(TcaError, PermissionError):
 
 class BusyError(RefusedError):
     """The other side has too much waiting to take more; it may be asked again."""
+
+
+class AtCapacityError(BusyError):
+    """All places of a handler are taken; the caller may wait for its turn, and modules do."""
 
 
 class PeerLostError(TcaError, ConnectionError):

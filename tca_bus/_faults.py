@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from tca_bus._errors import (
+    AtCapacityError,
     BusGoneError,
     BusyError,
     ClosedError,
@@ -35,6 +36,7 @@ from tca_bus._wire import Payload
 ERROR_TYPE = "application/json;tca.error@1"
 
 FAILURE_NAMES: dict[type[TcaError], str] = {
+    AtCapacityError: "busy",
     BusGoneError: "bus_gone",
     BusyError: "busy",
     ClosedError: "closed",
@@ -55,6 +57,7 @@ SAME_CLASS: dict[str, tuple[type[TcaError], dict[str, str]]] = {
     "invalid": (InvalidMessageError, {"message": "message", "problems": "problems"}),
     "refused": (RefusedError, {"what": "what", "why": "why"}),
     "busy": (BusyError, {"what": "what", "why": "why"}),
+    "at_capacity": (AtCapacityError, {"what": "what", "why": "why"}),
     "timed_out": (TimedOutError, {"what": "what", "seconds": "seconds"}),
     "killed": (KilledError, {"task": "task", "reason": "reason"}),
     "peer_lost": (PeerLostError, {"module": "module", "what": "what"}),

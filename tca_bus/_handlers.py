@@ -23,17 +23,25 @@ HandlerFunction = Callable[..., Awaitable[Any]]
 
 @dataclass(frozen=True, slots=True)
 class Handler:
-    """A function that handles a message type; ``built_in`` ones are not announced."""
+    """A function that handles a message type; ``built_in`` ones are not announced.
+
+    ``capacity`` is how many it handles at once, None for as many as come.
+    """
 
     message_type: type[Message]
     function: HandlerFunction
-    capacity: int
+    capacity: int | None
     built_in: bool
 
     @property
     def is_provided(self) -> bool:
         """Whether others find it by its name: listening to broadcasts is no service."""
         return not self.built_in and self.message_type.message_class != MessageClass.BROADCAST
+
+    @property
+    def is_query(self) -> bool:
+        """Whether it answers queries."""
+        return self.message_type.message_class in QUERIES
 
     async def call(self, message: Any, context: Any) -> Any:
         """Run the function.
@@ -76,10 +84,10 @@ class Handlers:
         message_type: type[Message],
         function: HandlerFunction,
         *,
-        capacity: int = 1,
+        capacity: int | None = None,
         built_in: bool = False,
     ) -> Handler:
-        """Register a handler.
+        """Register a handler; without ``capacity`` queries are unlimited, all others one at a time.
 
         Raises:
             ConfigError: There is one for the name, or name, capacity or function are of no use.
@@ -89,10 +97,12 @@ class Handlers:
             raise ConfigError("wire name", name, CHUNK_EXPECTED)
         if name in self._by_name:
             raise ConfigError("handler", name, "a message that has no handler in this module yet")
-        if capacity < 1:
+        if capacity is not None and capacity < 1:
             raise ConfigError("capacity", capacity, "at least 1")
         if not inspect.iscoroutinefunction(function):
             raise ConfigError("handler", function, "an async function (message, context)")
+        if message_type.message_class not in QUERIES:
+            capacity = capacity or 1
         handler = Handler(message_type, function, capacity, built_in)
         self._by_name[name] = handler
         return handler

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar
 
 from tca_bus._context import Context, TaskContext
@@ -21,7 +21,7 @@ from tca_bus._messages import (
     Query,
     TaskMessage,
 )
-from tca_bus._multi import ask_all
+from tca_bus._multi import Answers
 from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
@@ -52,13 +52,15 @@ class Module(PlainMessages, SharedVariables):
     """
 
     def handler(
-        self, message_type: type[Message], *, capacity: int = 1
+        self, message_type: type[Message], *, capacity: int | None = None
     ) -> Callable[[HandlerT], HandlerT]:
         """Register the decorated async function as the handler of a message type.
 
         It is called with the message and a `Context` (a `TaskContext` for goals and commands).
-        Queries are handled concurrently; informs and broadcasts one at a time, in order of
-        arrival; goals and commands ``capacity`` at a time.
+        Queries are handled concurrently, ``capacity`` at a time if one is given; informs and
+        broadcasts one at a time, in order of arrival; goals and commands ``capacity`` at a time,
+        one by default. Modules that handle one query are a pool: each query goes to one of them,
+        and where all are at their capacity the first that has a place takes the next.
 
         Raises:
             ConfigError: The type has a handler already, or the function is not async.
@@ -75,7 +77,7 @@ class Module(PlainMessages, SharedVariables):
         message_type: type[Message],
         function: Callable[..., Awaitable[Any]],
         *,
-        capacity: int = 1,
+        capacity: int | None = None,
     ) -> None:
         """Register ``function`` as the handler of a message type; see `handler`."""
         handler = self._handlers.add(message_type, function, capacity=capacity)
@@ -105,16 +107,19 @@ class Module(PlainMessages, SharedVariables):
         )
         return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
 
-    def query_all(self, message: MultiQuery[R], *, timeout: float = 10.0) -> AsyncIterator[R]:
+    def query_all(
+        self, message: MultiQuery[R], *, most: int | None = None, timeout: float = 10.0
+    ) -> Answers[R]:
         """Ask all modules that handle the message; the answers come fastest first.
 
-        One that fails does not keep the others from answering.
+        Ends after ``most`` answers, after ``timeout`` wall seconds, or when all have answered or
+        failed. One that fails does not keep the others from answering; the object says how many
+        were asked, who answered, who failed and with what, and who is missing.
 
         Raises:
-            NoHandlerError: No module here handles it.
-            ExceptionGroup: After all answers: what those who gave none failed with.
+            ConfigError: ``most`` is below 1.
         """
-        return ask_all(self._parts.caller, message, timeout)
+        return Answers(lambda: self._parts.caller, message, most=most, timeout=timeout)
 
     async def inform(self, message: Inform) -> None:
         """Tell all modules that handle the message; returns when it is sent.

@@ -78,6 +78,7 @@ class Parts:
         """Declare everything, the liveliness token last: others act on it."""
         self.handlers.add(Describe, self._describe, built_in=True)
         self.worker.begin()
+        self.caller.begin()
         self.server.begin()
         self.sender.begin()
         for handler in self.handlers:

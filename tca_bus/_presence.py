@@ -8,7 +8,6 @@ after a grace, during which the way to the router was open.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 VANISH_GRACE = 1.0
@@ -18,6 +17,10 @@ and a module that lost and reopened its own link."""
 RECONNECT_GRACE = 3.0
 """Wall seconds after a reconnect until modules that have not announced themselves again are
 lost; they retry once a second."""
+
+
+MOST_REMEMBERED = 10_000
+"""Names of messages whose providers are remembered until presence changes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,7 @@ class PresenceTable:
         self._own = own
         self._entries: dict[str, PresentModule] = {}
         self._suspects: dict[str, float] = {}
+        self._providers: dict[str, list[PresentModule]] = {}
         self._reachable = True
 
     def modules(self) -> list[PresentModule]:
@@ -62,6 +66,7 @@ class PresenceTable:
 
     def put(self, module: PresentModule) -> list[PresenceChange]:
         """A token appeared."""
+        self._providers.clear()
         self._suspects.pop(module.incarnation, None)
         known = self._entries.get(module.incarnation)
         self._entries[module.incarnation] = module
@@ -69,12 +74,14 @@ class PresenceTable:
 
     def delete(self, module: PresentModule, now: float) -> None:
         """A token vanished; one that its module has replaced is of no interest."""
+        self._providers.clear()
         if self._entries.get(module.incarnation) == module and module.incarnation != self._own:
             due = now + VANISH_GRACE if self._reachable else math.inf
             self._suspects.setdefault(module.incarnation, due)
 
     def router_lost(self) -> None:
         """The transport closed: everybody else is suspect until it is back."""
+        self._providers.clear()
         self._reachable = False
         self._suspects = {key: math.inf for key in self._entries if key != self._own}
 
@@ -89,6 +96,7 @@ class PresenceTable:
 
     def expire(self, now: float) -> list[PresenceChange]:
         """Give up suspects whose grace is over."""
+        self._providers.clear()
         lost = [key for key, due in self._suspects.items() if due <= now]
         for key in lost:
             del self._suspects[key]
@@ -101,18 +109,34 @@ class PresenceTable:
         return incarnation in self._entries
 
     def named(self, name: str) -> PresentModule | None:
-        """The newest incarnation of a module, suspect or not."""
-        return _newest(entry for entry in self._entries.values() if entry.name == name)
+        """The newest incarnation of a module; a suspect where no other is there for certain."""
+        found = (entry for entry in self._entries.values() if entry.name == name)
+        return max(found, key=self._rank, default=None)
 
     def providers(self, message: str) -> list[PresentModule]:
-        """The newest incarnation of each module that handles ``message``, certain ones first."""
+        """One incarnation of each module that handles ``message``, certain ones first.
+
+        Of several that are there under one name it is the newest; a suspect only where no other
+        is there for certain, so that a clock that was set back hides nobody.
+        """
+        found = self._providers.get(message)
+        if found is None:
+            found = self._find_providers(message)
+            if len(self._providers) < MOST_REMEMBERED:
+                self._providers[message] = found
+        return list(found)
+
+    def _find_providers(self, message: str) -> list[PresentModule]:
         newest: dict[str, PresentModule] = {}
         for entry in self._entries.values():
             known = newest.get(entry.name)
-            if known is None or known.incarnation < entry.incarnation:
+            if known is None or self._rank(known) < self._rank(entry):
                 newest[entry.name] = entry
         found = [entry for entry in newest.values() if message in entry.provides]
         return sorted(found, key=lambda entry: (entry.incarnation in self._suspects, entry.name))
+
+    def _rank(self, module: PresentModule) -> tuple[bool, str]:
+        return module.incarnation not in self._suspects, module.incarnation
 
     def has_provider(self, message: str) -> bool:
         """Whether a module that handles ``message`` is there for certain."""
@@ -121,7 +145,3 @@ class PresenceTable:
     def known_messages(self) -> set[str]:
         """All wire names that somebody handles."""
         return {name for entry in self._entries.values() for name in entry.provides}
-
-
-def _newest(entries: Iterable[PresentModule]) -> PresentModule | None:
-    return max(entries, key=lambda entry: entry.incarnation, default=None)

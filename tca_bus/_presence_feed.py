@@ -104,6 +104,10 @@ class PresenceFeed:
         while not condition():
             await self._changed.wait()
 
+    async def changed(self) -> None:
+        """Wait for the next event about modules or the router."""
+        await self._changed.wait()
+
     def _take(self, token: _Token) -> None:
         try:
             module = parse_presence(token.key)

@@ -295,7 +295,8 @@ class ReportOutcome(Query[Taken]):
 class ProvidedMessage(BaseModel):
     """A message that a module handles, with the JSON schemas of it and of its answer.
 
-    ``capacity`` is how many of it the module handles at once; central holds back the rest.
+    ``capacity`` is how many of it the module handles at once, None for as many as come; the rest
+    waits at central, or in the line of the pool if it is a query.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -303,7 +304,7 @@ class ProvidedMessage(BaseModel):
     name: str
     message_class: str
     revision: int
-    capacity: int = 1
+    capacity: int | None = 1
     summary: str
     message_schema: dict[str, Any]
     reply_schema: dict[str, Any] | None

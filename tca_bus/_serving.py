@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from typing import Protocol
 
@@ -15,6 +16,7 @@ from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._envelope import Envelope, handled, read_envelope
 from tca_bus._errors import (
+    AtCapacityError,
     BusyError,
     ClosedError,
     HandlerFailedError,
@@ -26,9 +28,10 @@ from tca_bus._errors import (
 from tca_bus._faults import FAILURE_NAMES, encode_error
 from tca_bus._handlers import QUERIES, Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query
-from tca_bus._messages import Message
+from tca_bus._messages import Message, MessageClass
 from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
+from tca_bus._turns import Turns
 from tca_bus._types import answer_adapter
 from tca_bus._wire import Payload, decode_message, encode_answer
 
@@ -63,9 +66,12 @@ class QueryServer:
         self._context = context
         self._cache = AnswerCache()
         self._running: dict[Request, list[zenoh.Query]] = {}
+        self._surveys: dict[Request, asyncio.Task[None]] = {}
+        self._turns = Turns(core, handlers, self._cancel_survey)
 
     def begin(self) -> None:
         """Declare the queryable."""
+        self._turns.begin()
         box = Mailbox[zenoh.Query](self._take, size=MOST_WAITING, refuse=self._refuse_busy)
         self._core.tally.counters["query"] = lambda: box.dropped
         key = self._core.keys.queries_to(self._core.name, self._core.incarnation)
@@ -87,6 +93,8 @@ class QueryServer:
             self._running[request].append(query)
         elif len(self._running) >= MOST_RUNNING:
             self._refuse_busy(query)
+        elif not self._turns.enter(address.name, request):
+            self._reply_error(query, self._at_capacity(address.name))
         else:
             self._begin_work(query, request, address, envelope)
 
@@ -95,24 +103,36 @@ class QueryServer:
     ) -> None:
         work = self._work(request, address, envelope, query_payload(query))
         try:
-            self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
+            task = self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
         except ClosedError:
             query.drop()
-        else:
-            self._running[request] = [query]
+            return
+        self._running[request] = [query]
+        task.add_done_callback(lambda _: self._finish(request, address.name))
+        handler = self._handlers.get(address.name)
+        if handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY:
+            self._surveys[request] = task
 
     async def _work(
         self, request: Request, address: QueryAddress, envelope: Envelope, payload: Payload
     ) -> None:
-        try:
-            handled.set(envelope)
-            answer = await self._answer(address, envelope, payload)
-            self._cache.put(request, answer)
-            for query in self._running[request]:
-                self._send(query, address, answer)
-        finally:
-            for query in self._running.pop(request):
-                query.drop()
+        handled.set(envelope)
+        answer = await self._answer(address, envelope, payload)
+        self._cache.put(request, answer)
+        for query in self._running[request]:
+            self._send(query, address, answer)
+
+    def _finish(self, request: Request, name: str) -> None:
+        """Let go of a request, also of one whose work was cancelled before its first step."""
+        for query in self._running.pop(request):
+            query.drop()
+        self._surveys.pop(request, None)
+        self._turns.leave(name, request)
+
+    def _cancel_survey(self, request: Request) -> None:
+        task = self._surveys.get(request)
+        if task is not None:
+            task.cancel()
 
     async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
         try:
@@ -158,6 +178,9 @@ class QueryServer:
     def _refuse_busy(self, query: zenoh.Query) -> None:
         name = f"module {self._core.name!r}"
         self._reply_error(query, BusyError("the query", f"{name} has too many waiting"))
+
+    def _at_capacity(self, name: str) -> AtCapacityError:
+        return AtCapacityError(name, f"module {self._core.name!r} has no place free; ask again")
 
     def _reply_error(self, query: zenoh.Query, error: Exception) -> None:
         payload = encode_error(error, message="query", module=self._core.name)

@@ -194,7 +194,7 @@ class TaskWorker:
 
     def _slot(self, handler: Handler) -> asyncio.Semaphore:
         name = handler.message_type.wire_name
-        return self._slots.setdefault(name, asyncio.Semaphore(handler.capacity))
+        return self._slots.setdefault(name, asyncio.Semaphore(handler.capacity or 1))
 
     def _failed(self, task: HandleTask, error: Exception) -> ReportOutcome:
         if not isinstance(error, TaskError | TaskFailedError | TcaError):
