@@ -78,6 +78,8 @@ class Handlers:
 
     def __init__(self) -> None:
         self._by_name: dict[str, Handler] = {}
+        self.is_held = False
+        """Whether nothing is delivered yet: the module has not said that it is ready."""
 
     def add(
         self,
@@ -115,5 +117,7 @@ class Handlers:
         return iter(list(self._by_name.values()))
 
     def provided(self) -> tuple[str, ...]:
-        """The names that the module's token announces."""
+        """The names that the module's token announces; none while it is held."""
+        if self.is_held:
+            return ()
         return tuple(sorted(h.message_type.wire_name for h in self if h.is_provided))

@@ -7,7 +7,7 @@ import contextlib
 import logging
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterable
 from types import TracebackType
 from typing import Any, Self
 
@@ -21,6 +21,7 @@ from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
 from tca_bus._parts import Parts
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._protocol import HandleTask
+from tca_bus._readiness import Readiness
 from tca_bus._session import Session
 
 logger = logging.getLogger(__name__)
@@ -32,13 +33,22 @@ class Lifecycle(ABC):
     Entered once, and left by the task that entered it.
     """
 
-    def __init__(self, name: str, *, options: BusOptions | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        options: BusOptions | None = None,
+        provides: Iterable[str] = (),
+        requires: Iterable[str] = (),
+        hold: bool = False,
+    ) -> None:
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("module name", name, CHUNK_EXPECTED)
         self.name = name
         self.incarnation = new_incarnation()
         self.options = options or BusOptions()
         self.clock: Clock = WallClock()
+        self._readiness = Readiness.declare(provides, requires, hold=hold)
         self._handlers = Handlers()
         self._open: Parts | None = None
         self._is_used = False
@@ -114,6 +124,7 @@ class Lifecycle(ABC):
             context=self._context,
             task_context=self._task_context,
             started=time.time(),
+            readiness=self._readiness,
         )
 
     @abstractmethod

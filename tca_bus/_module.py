@@ -32,6 +32,7 @@ from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import new_task_id
 from tca_bus._types import answer_adapter
+from tca_bus._waiting import ReadyTogether
 from tca_bus._wire import Payload, build, decode_answer, encode_message
 
 R = TypeVar("R")
@@ -39,14 +40,22 @@ M = TypeVar("M", bound=Message)
 HandlerT = TypeVar("HandlerT", bound=Callable[..., Awaitable[Any]])
 
 
-class Module(PlainMessages, SharedVariables):
+class Module(PlainMessages, SharedVariables, ReadyTogether):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
     find it, ``incarnation`` is new with each start. Enter and leave it in the same task.
 
+    ``provides`` and ``requires`` name resources, words that modules agree on, such as ``map``;
+    every module provides one of its own name. With ``hold`` nothing is delivered to its handlers
+    before `ready` or `wait_until_ready`: its token names none, so a task waits or finds nobody,
+    and a query to it by name is refused as busy.
+
+    Two modules of one name may be there at once: both are seen, the newer one is asked, and both
+    warn once.
+
     Raises:
-        ConfigError: The name cannot be a part of a key.
+        ConfigError: The name, or that of a resource, cannot be a part of a key.
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """

@@ -19,8 +19,9 @@ from tca_bus._core import Core
 from tca_bus._handlers import ONE_WAY, Handler, Handlers
 from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
-from tca_bus._presence import PresentModule
+from tca_bus._presence import PresentModule, Stage
 from tca_bus._protocol import Describe, HandleTask, ModuleCard, TaskStatus
+from tca_bus._readiness import Readiness
 from tca_bus._serving import ContextFactory, QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
@@ -51,6 +52,7 @@ class Parts:
     context: ContextFactory
     task_context: Callable[[HandleTask], TaskContext]
     started: float
+    readiness: Readiness
 
     def __post_init__(self) -> None:
         self.topics = Topics(self.core, self.context)
@@ -60,7 +62,8 @@ class Parts:
         self.worker = TaskWorker(self.core, self.handlers, self.sender, self.task_context)
         self.sim_time = SimTimeLink(self.core, self.topics)
         self._token: zenoh.LivelinessToken | None = None
-        self._announced = ""
+        self._tokens = 0
+        self._announced: PresentModule | None = None
         self._on_return: list[Callable[[], None]] = []
 
     @property
@@ -72,6 +75,10 @@ class Parts:
             socket.gethostname(),
             os.getpid(),
             self.handlers.provided(),
+            self.readiness.resources,
+            self.readiness.requires,
+            self.readiness.stage,
+            self._tokens,
         )
 
     async def begin(self) -> Clock:
@@ -81,6 +88,7 @@ class Parts:
         self.caller.begin()
         self.server.begin()
         self.sender.begin()
+        self.handlers.is_held = self.readiness.stage == Stage.HELD
         for handler in self.handlers:
             self.attend(handler)
         clock = self._begin_clock()
@@ -92,7 +100,7 @@ class Parts:
     def attend(self, handler: Handler) -> None:
         """Begin to run the handler of a one-way message; others are found when asked for."""
         kind = handler.message_type
-        if kind.message_class not in ONE_WAY:
+        if kind.message_class not in ONE_WAY or self.handlers.is_held:
             return
         queue = Subscription[Arrival[Any]](kind.wire_name, _no_source, size=HANDLER_QUEUE)
         self.topics.listen_to(kind, queue.push)
@@ -102,14 +110,25 @@ class Parts:
 
     def announce(self) -> None:
         """Declare the liveliness token, in place of the one before."""
-        key = self.core.keys.presence(self.me)
-        if key == self._announced:
+        if self.me == self._announced:
             return
-        old, self._announced = self._token, key
+        self._tokens += 1
+        self._announced = self.me
+        key = self.core.keys.presence(self.me)
+        old = self._token
         self._token = self.core.session.zenoh.liveliness().declare_token(key)
         self.core.presence.add(key)
         if old is not None:
             old.undeclare()
+
+    def enter_stage(self, stage: Stage) -> None:
+        """Say how ready the module is; from `Stage.READY` on everything is delivered to it."""
+        self.readiness.stage = stage
+        if stage == Stage.READY and self.handlers.is_held:
+            self.handlers.is_held = False
+            for handler in self.handlers:
+                self.attend(handler)
+        self.announce()
 
     def end(self) -> None:
         """Stop what is not a task."""

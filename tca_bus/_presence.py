@@ -7,6 +7,7 @@ after a grace, during which the way to the router was open.
 
 from __future__ import annotations
 
+import enum
 import math
 from dataclasses import dataclass
 
@@ -23,12 +24,27 @@ MOST_REMEMBERED = 10_000
 """Names of messages whose providers are remembered until presence changes."""
 
 
+class Stage(enum.StrEnum):
+    """What a module has said of being ready."""
+
+    UNSAID = ""
+    """Nothing: it is ready from the beginning."""
+    HELD = "held"
+    """It will say when it is ready; until then nothing is delivered to it."""
+    WAITING = "waiting"
+    """It waits for others before it is ready."""
+    READY = "ready"
+    """It has said that it is ready."""
+
+
 @dataclass(frozen=True, slots=True)
 class PresentModule:
     """A module on the bus, as its liveliness token names it.
 
     ``incarnation`` is new with each start and sorts by start time; ``provides`` are the wire
-    names of the messages that it handles.
+    names of the messages that it handles. ``resources`` are the resources that it offers beside
+    its own name, ``requires`` those that it needs, ``stage`` what it said of being ready.
+    ``number`` counts its tokens: of two of one incarnation the higher one holds.
     """
 
     name: str
@@ -36,6 +52,10 @@ class PresentModule:
     host: str
     pid: int
     provides: tuple[str, ...]
+    resources: tuple[str, ...] = ()
+    requires: tuple[str, ...] = ()
+    stage: Stage = Stage.UNSAID
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +85,12 @@ class PresenceTable:
         return sorted(self._entries.values(), key=lambda entry: (entry.name, entry.incarnation))
 
     def put(self, module: PresentModule) -> list[PresenceChange]:
-        """A token appeared."""
+        """A token appeared; one that its module has replaced since is of no interest."""
+        known = self._entries.get(module.incarnation)
+        if known is not None and known.number > module.number:
+            return []
         self._providers.clear()
         self._suspects.pop(module.incarnation, None)
-        known = self._entries.get(module.incarnation)
         self._entries[module.incarnation] = module
         return [] if known == module else [PresenceChange(module, appeared=True)]
 
@@ -141,6 +163,27 @@ class PresenceTable:
     def has_provider(self, message: str) -> bool:
         """Whether a module that handles ``message`` is there for certain."""
         return any(entry.incarnation not in self._suspects for entry in self.providers(message))
+
+    def namesakes(self) -> list[PresentModule]:
+        """The modules that are there for certain under the name of the table's own module."""
+        own = self._entries.get(self._own)
+        if own is None:
+            return []
+        return [
+            entry
+            for key, entry in self._entries.items()
+            if entry.name == own.name and key != self._own and key not in self._suspects
+        ]
+
+    def resources(self) -> set[str]:
+        """What modules that are there for certain offer: resources, and their own names."""
+        certain = [m for key, m in self._entries.items() if key not in self._suspects]
+        return {name for module in certain for name in (module.name, *module.resources)}
+
+    def called_ready(self) -> set[str]:
+        """The names of the modules that are ready, or wait for others to be."""
+        said = {Stage.WAITING, Stage.READY}
+        return {module.name for module in self._entries.values() if module.stage in said}
 
     def known_messages(self) -> set[str]:
         """All wire names that somebody handles."""

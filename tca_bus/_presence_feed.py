@@ -42,6 +42,7 @@ class PresenceFeed:
         self._listeners: list[Listener] = []
         self._timer: asyncio.TimerHandle | None = None
         self._changed = asyncio.Event()
+        self._warned_of: set[str] = set()
         self._loop = asyncio.get_running_loop()
 
     async def begin(self, timeout: float) -> None:
@@ -125,10 +126,23 @@ class PresenceFeed:
         # Waiters look again; the event is only a bell.
         self._changed.set()
         self._changed = asyncio.Event()
+        if any(change.appeared for change in changes):
+            self._warn_of_namesakes()
         for change in changes:
             for listener in list(self._listeners):
                 listener(change)
         self._set_timer()
+
+    def _warn_of_namesakes(self) -> None:
+        for other in self.table.namesakes():
+            if other.incarnation in self._warned_of:
+                continue
+            self._warned_of.add(other.incarnation)
+            logger.warning(
+                "another module is named %r, process %d on %s; messages go to the one that was "
+                "started last. Stop one, or give it another name",
+                *(other.name, other.pid, other.host),
+            )
 
     def _set_timer(self) -> None:
         if self._timer is not None:

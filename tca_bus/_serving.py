@@ -161,6 +161,8 @@ class QueryServer:
         if handler is None or handler.message_type.message_class not in QUERIES:
             known = {h.message_type.wire_name for h in self._handlers}
             raise NoHandlerError(name, known)
+        if self._handlers.is_held and not handler.built_in:
+            raise BusyError(name, f"module {self._core.name!r} is not ready yet")
         return handler
 
     def _note(self, error: Exception, address: QueryAddress) -> None:
