@@ -346,7 +346,7 @@ class Central:
 
 def _capacity(provided: ProvidedMessage) -> int:
     """How many nodes of a message a module takes at once; conditions are no work."""
-    return provided.capacity if provided.message_class in TASKS else UNLIMITED
+    return provided.capacity or 1 if provided.message_class in TASKS else UNLIMITED
 
 
 async def refuse_second(options: BusOptions) -> None:

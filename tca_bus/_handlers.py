@@ -66,6 +66,7 @@ class Handler:
             name=kind.wire_name,
             message_class=kind.message_class.value,
             revision=kind.revision,
+            accepts=sorted(kind.accepts),
             summary=summary(kind),
             message_schema=kind.model_json_schema(),
             reply_schema=answer_adapter(kind).json_schema() if answered else None,

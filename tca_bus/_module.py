@@ -114,7 +114,7 @@ class Module(PlainMessages, SharedVariables, ReadyTogether):
         answer = await self._parts.caller.call(
             kind.wire_name, encode_message(message), to=to, timeout=timeout
         )
-        return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+        return decode_answer(answer, answer_adapter(kind), kind.wire_name, revision=kind.revision)  # type: ignore[no-any-return]
 
     def query_all(
         self, message: MultiQuery[R], *, most: int | None = None, timeout: float = 10.0

@@ -134,4 +134,4 @@ async def _ask(caller: Caller, message: MultiQuery[Any], to: PresentModule) -> A
     kind = type(message)
     payload = encode_message(message)
     answer = await caller.call(kind.wire_name, payload, to=to, timeout=float("inf"), withdraw=True)
-    return decode_answer(answer, answer_adapter(kind), kind.wire_name)
+    return decode_answer(answer, answer_adapter(kind), kind.wire_name, revision=kind.revision)

@@ -33,7 +33,7 @@ from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
 from tca_bus._turns import Turns
 from tca_bus._types import answer_adapter
-from tca_bus._wire import Payload, decode_message, encode_answer
+from tca_bus._wire import Payload, decode_message, encode_answer, told_revision
 
 logger = logging.getLogger(__name__)
 
@@ -138,14 +138,20 @@ class QueryServer:
         try:
             handler = self._find(address.name)
             message = decode_message(payload, handler.message_type)
-            return await self._handle(handler, message, address, envelope)
+            told = told_revision(payload)
+            return await self._handle(handler, message, address, envelope, told)
         except Exception as error:
             self._note(error, address)
             payload = encode_error(error, message=address.name, module=self._core.name)
             return Answer(payload, is_error=True)
 
     async def _handle(
-        self, handler: Handler, message: Message, address: QueryAddress, envelope: Envelope
+        self,
+        handler: Handler,
+        message: Message,
+        address: QueryAddress,
+        envelope: Envelope,
+        told: int | None,
     ) -> Answer:
         context = self._context(sender=address.caller, id=envelope.id)
         value = await handler.call(message, context)
@@ -154,7 +160,8 @@ class QueryServer:
             checked = adapter.validate_python(value)
         except ValidationError as error:
             raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
-        return Answer(encode_answer(checked, adapter, handler.message_type), is_error=False)
+        payload = encode_answer(checked, adapter, handler.message_type, told=told)
+        return Answer(payload, is_error=False)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)

@@ -7,6 +7,7 @@ import contextlib
 import logging
 from collections import OrderedDict
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +32,7 @@ from tca_bus._handlers import TASKS, Handler, Handlers
 from tca_bus._messages import Message
 from tca_bus._problems import problems_of
 from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
+from tca_bus._revisions import answer_for, understand
 from tca_bus._tasks import CENTRAL, OUT_OF_REACH, TaskSender
 from tca_bus._types import answer_adapter
 
@@ -124,13 +126,16 @@ class TaskWorker:
         if kind.message_class.value != task.task_class:
             problem = f"class: expected {kind.message_class.value}, got {task.task_class}"
             raise InvalidMessageError(task.name, [problem])
-        if kind.revision != task.message_revision:
-            problem = f"revision: expected {kind.revision}, got {task.message_revision}"
-            raise InvalidMessageError(task.name, [problem])
         try:
-            return kind.model_validate(task.data), handler
+            message = understand(
+                kind,
+                task.message_revision,
+                validate=lambda: kind.model_validate(task.data),
+                plain=lambda: deepcopy(task.data),
+            )
         except ValidationError as error:
             raise InvalidMessageError(task.name, problems_of(error)) from error
+        return message, handler
 
     async def _supersede(self, job: Job, task: HandleTask) -> None:
         """Stop an older attempt; the newer one begins when its handler has ended."""
@@ -181,7 +186,7 @@ class TaskWorker:
         try:
             async with self._slot(handler):
                 value = await handler.call(message, context)
-            result = _plain_result(value, handler)
+            result = _plain_result(value, handler, task.message_revision)
         except asyncio.CancelledError:
             if not job.is_cancelled:
                 raise
@@ -246,13 +251,14 @@ def _check_central(context: Context, what: str) -> None:
         raise RefusedError(what, f"it comes from {context.sender!r}; only {CENTRAL!r} may order it")
 
 
-def _plain_result(value: Any, handler: Handler) -> Any:
-    """The result as JSON values; a handler that returns something else has failed."""
+def _plain_result(value: Any, handler: Handler, told: int | None) -> Any:
+    """The result as JSON values, in the sender's form; one of another type is a failure."""
     adapter = answer_adapter(handler.message_type)
     try:
-        return adapter.dump_python(adapter.validate_python(value), mode="json")
+        result = adapter.dump_python(adapter.validate_python(value), mode="json")
     except ValidationError as error:
         raise TaskError("invalid_result", f"result: {'; '.join(problems_of(error))}") from error
+    return answer_for(handler.message_type, told, result)[0]
 
 
 def _killed(id: str, attempt: int) -> ReportOutcome:

@@ -89,7 +89,9 @@ async def _known_messages(name: str | None, flags: BusFlags) -> list[dict[str, A
 
 def _show_message(message: dict[str, Any]) -> None:
     modules = ", ".join(message["modules"])
-    emit(f"{message['name']}: {message['message_class']}, revision {message['revision']}")
+    older = ", ".join(map(str, message["accepts"]))
+    accepts = f", accepts {older} too" if older else ""
+    emit(f"{message['name']}: {message['message_class']}, revision {message['revision']}{accepts}")
     most = f"{message['capacity']} at once" if message["capacity"] else "as many as come"
     emit(f"{message['summary']}\nhandled by {modules}, {most}")
     emit("message " + json.dumps(message["message_schema"], indent=2))

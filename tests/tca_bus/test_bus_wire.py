@@ -131,7 +131,7 @@ def test_the_error_names_field_value_and_what_was_expected():
 
 def test_another_name_or_revision_is_told():
     whole = encode_message(Place(x=1, name="lab"))
-    with pytest.raises(InvalidMessageError, match="revision: expected 3, got '2'"):
+    with pytest.raises(InvalidMessageError, match="revision: expected 3, got 2"):
         decode_message(Payload(whole.data, f"{JSON_TYPE};place@2"), Place)
     with pytest.raises(InvalidMessageError, match="expected 'place', got 'scan'"):
         decode_message(Payload(whole.data, f"{JSON_TYPE};scan@3"), Place)
