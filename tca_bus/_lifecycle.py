@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from tca_bus._clock import Clock, WallClock
 from tca_bus._context import Context, TaskContext
-from tca_bus._core import Core, Tally, new_incarnation
+from tca_bus._core import Core, new_incarnation
 from tca_bus._errors import ClosedError, ConfigError
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys
@@ -23,6 +23,7 @@ from tca_bus._presence_feed import PresenceFeed
 from tca_bus._protocol import HandleTask
 from tca_bus._readiness import Readiness
 from tca_bus._session import Session
+from tca_bus._tally import Tally
 
 logger = logging.getLogger(__name__)
 
@@ -115,8 +116,9 @@ class Lifecycle(ABC):
 
     def _assemble(self, session: Session) -> Parts:
         keys = Keys(self.options.realm)
-        presence = PresenceFeed(session, keys, self.incarnation)
-        core = Core(self.name, self.incarnation, keys, session, presence, self.start, Tally())
+        tally = Tally()
+        presence = PresenceFeed(session, keys, self.incarnation, tally)
+        core = Core(self.name, self.incarnation, keys, session, presence, self.start, tally)
         return Parts(
             core=core,
             handlers=self._handlers,

@@ -7,6 +7,7 @@ import os
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -19,6 +20,7 @@ from tca_bus._core import Core
 from tca_bus._handlers import ONE_WAY, Handler, Handlers
 from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
+from tca_bus._loop_watch import watch_loop
 from tca_bus._presence import PresentModule, Stage
 from tca_bus._protocol import Describe, HandleTask, ModuleCard, TaskStatus
 from tca_bus._readiness import Readiness
@@ -94,6 +96,7 @@ class Parts:
         clock = self._begin_clock()
         await self.core.presence.begin(SETTLE_TIMEOUT)
         self.core.spawn(beat(self.core, self.topics), name=f"{self.core.name}.heartbeat")
+        self.core.spawn(watch_loop(self.core.name), name=f"{self.core.name}.loop_watch")
         self.announce()
         return clock
 
@@ -103,10 +106,17 @@ class Parts:
         if kind.message_class not in ONE_WAY or self.handlers.is_held:
             return
         queue = Subscription[Arrival[Any]](kind.wire_name, _no_source, size=HANDLER_QUEUE)
-        self.topics.listen_to(kind, queue.push)
+        self.topics.listen_to(kind, partial(self._queue, queue))
         self.core.tally.counters[f"handler of {kind.wire_name}"] = lambda: queue.dropped
         name = f"{self.core.name}.handler.{kind.wire_name}"
         self.core.spawn(self.topics.handle(handler, queue), name=name)
+
+    def _queue(self, queue: Subscription[Arrival[Any]], arrival: Arrival[Any]) -> None:
+        lost = queue.dropped
+        queue.push(arrival)
+        if queue.dropped > lost:
+            text = f"handler of {queue.name} does not keep up: {queue.waiting} wait, the oldest"
+            self.core.tally.complain(f"queue of {queue.name}", f"{text} is dropped")
 
     def announce(self) -> None:
         """Declare the liveliness token, in place of the one before."""
@@ -176,7 +186,7 @@ class Parts:
             started=self.started,
             provides=[handler.card() for handler in self.handlers if handler.is_provided],
             dropped=self.core.tally.dropped(),
-            invalid=self.core.tally.invalid + self.core.presence.invalid,
+            invalid=self.core.tally.invalid,
             handling=self.worker.handling(),
         )
 

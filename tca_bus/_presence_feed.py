@@ -15,6 +15,7 @@ from tca_bus._bridge import Mailbox, call_on
 from tca_bus._keys import Keys, parse_presence
 from tca_bus._presence import PresenceChange, PresenceTable
 from tca_bus._session import MAILBOX_SIZE, Session
+from tca_bus._tally import Tally
 
 logger = logging.getLogger(__name__)
 
@@ -34,8 +35,8 @@ class PresenceFeed:
     session: Session
     keys: Keys
     own: str
+    tally: Tally
     table: PresenceTable = field(init=False)
-    invalid: int = 0
 
     def __post_init__(self) -> None:
         self.table = PresenceTable(self.own)
@@ -113,8 +114,8 @@ class PresenceFeed:
         try:
             module = parse_presence(token.key)
         except ValueError as error:
-            self.invalid += 1
-            logger.warning("%s", error)
+            self.tally.invalid += 1
+            self.tally.complain("presence key", str(error))
             return
         if token.is_put:
             self._after_event(self.table.put(module))

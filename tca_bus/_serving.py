@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections import Counter
 from typing import Protocol
 
 import zenoh
@@ -27,7 +28,7 @@ from tca_bus._errors import (
 )
 from tca_bus._faults import FAILURE_NAMES, encode_error
 from tca_bus._handlers import QUERIES, Handler, Handlers
-from tca_bus._keys import QueryAddress, parse_query
+from tca_bus._keys import QueryAddress, parse_query, parse_sender
 from tca_bus._messages import Message, MessageClass
 from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
@@ -41,7 +42,7 @@ MOST_WAITING = 1024
 """Queries that wait for the loop; more are answered with 'busy' on Zenoh's thread."""
 
 MOST_RUNNING = 1024
-"""Queries whose handlers run at once."""
+"""Queries that one handler works on at once; more of them are answered with 'busy'."""
 
 EXPECTED = (*FAILURE_NAMES, HandlerFailedError, TaskError, TaskFailedError)
 """What a handler may end with as part of its work; anything else is logged with its trace."""
@@ -66,6 +67,7 @@ class QueryServer:
         self._context = context
         self._cache = AnswerCache()
         self._running: dict[Request, list[zenoh.Query]] = {}
+        self._under_way: Counter[str] = Counter()
         self._surveys: dict[Request, asyncio.Task[None]] = {}
         self._turns = Turns(core, handlers, self._cancel_survey)
 
@@ -91,8 +93,8 @@ class QueryServer:
             self._send(query, address, known)
         elif request in self._running:
             self._running[request].append(query)
-        elif len(self._running) >= MOST_RUNNING:
-            self._refuse_busy(query)
+        elif self._under_way[address.name] >= MOST_RUNNING:
+            self._refuse_more(query, address.name)
         elif not self._turns.enter(address.name, request):
             self._reply_error(query, self._at_capacity(address.name))
         else:
@@ -108,6 +110,7 @@ class QueryServer:
             query.drop()
             return
         self._running[request] = [query]
+        self._under_way[address.name] += 1
         task.add_done_callback(lambda _: self._finish(request, address.name))
         handler = self._handlers.get(address.name)
         if handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY:
@@ -127,6 +130,9 @@ class QueryServer:
         for query in self._running.pop(request):
             query.drop()
         self._surveys.pop(request, None)
+        self._under_way[name] -= 1
+        if not self._under_way[name]:
+            del self._under_way[name]
         self._turns.leave(name, request)
 
     def _cancel_survey(self, request: Request) -> None:
@@ -176,13 +182,20 @@ class QueryServer:
         if isinstance(error, InvalidMessageError):
             self._core.tally.note_invalid(error, sender=address.caller)
         elif not isinstance(error, EXPECTED):
-            logger.error("handler of %s failed", address.name, exc_info=error)
+            cause = f"handler of {address.name}: {type(error).__name__}"
+            text = f"handler of {address.name} failed"
+            self._core.tally.complain(cause, text, error=error)
 
     def _reject(self, query: zenoh.Query, error: ValueError) -> None:
         if not isinstance(error, InvalidMessageError):
             error = InvalidMessageError("query", [str(error)])
-        self._core.tally.note_invalid(error, sender=str(query.key_expr))
+        self._core.tally.note_invalid(error, sender=parse_sender(str(query.key_expr)))
         self._reply_error(query, error)
+
+    def _refuse_more(self, query: zenoh.Query, name: str) -> None:
+        text = f"handler of {name} has {self._under_way[name]} queries under way: more are refused"
+        self._core.tally.complain(f"too many {name}", text)
+        self._refuse_busy(query)
 
     def _refuse_busy(self, query: zenoh.Query) -> None:
         name = f"module {self._core.name!r}"

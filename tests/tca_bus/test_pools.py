@@ -6,7 +6,7 @@ import asyncio
 from contextlib import AsyncExitStack
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tca_bus import (
@@ -122,6 +122,7 @@ STEPS = st.tuples(
 )
 
 
+@settings(deadline=None)
 @given(st.integers(1, 3), st.lists(STEPS, max_size=60))
 def test_no_line_is_over_its_capacity_and_none_waits_beside_a_free_place(capacity, steps):
     history = LineHistory(capacity)

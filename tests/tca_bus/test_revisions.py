@@ -7,7 +7,7 @@ import json
 from typing import ClassVar
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict
 
@@ -156,6 +156,7 @@ def test_without_a_revision_an_unknown_field_is_a_mistake():
         decode_message(Payload(b'{"a": 1, "new": 2}', f"{JSON_TYPE};told"), Told)
 
 
+@settings(deadline=None)
 @given(
     st.dictionaries(st.sampled_from(["a", "part", "parts", "new"]), st.integers() | st.none()),
     st.sampled_from(["", "@1", "@2", "@", "@x", "@-1", "@" + "9" * 5000, "@٣"]),

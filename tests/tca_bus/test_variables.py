@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager
 
 import pytest
 import zenoh
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
@@ -100,6 +100,7 @@ def test_a_schema_without_end_is_no_endless_loop():
         table.apply(order(2, "b"), writer="x", now=10.0)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from("abcd"), st.integers()), max_size=30))
 def test_the_sequence_counts_the_changes_that_were_made(changes):
     table = VariableTable()
