@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
@@ -356,8 +356,8 @@ class SimulatedTime(Broadcast):
 
     wire_name = "tca.simTime"
 
-    time: float
-    speed: float | None
+    time: FiniteFloat
+    speed: FiniteFloat | None
 
 
 class AwaitTime(Broadcast):
@@ -370,4 +370,4 @@ class AwaitTime(Broadcast):
 
     module: str
     incarnation: str
-    until: float | None
+    until: FiniteFloat | None
