@@ -12,13 +12,18 @@ import math
 from collections import OrderedDict
 
 Request = tuple[str, str]
-"""Caller and request id."""
+"""Caller, and message name and request id: an id that is used for two messages is two requests."""
 
 PLACE_LEASE = 1.0
 """Seconds for which a free place is kept for a caller that was told of it."""
 
 MOST_IN_LINE = 1024
 """Requests that may stand in one line."""
+
+
+def request_of(caller: str, name: str, id: str) -> Request:
+    """What tells one request from all others at the module that handles it."""
+    return caller, f"{name}/{id}"
 
 
 class Line:

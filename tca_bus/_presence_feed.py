@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
+from typing import Any
 
 import zenoh
 from zenoh.handlers import Callback
@@ -106,9 +107,9 @@ class PresenceFeed:
         while not condition():
             await self._changed.wait()
 
-    async def changed(self) -> None:
-        """Wait for the next event about modules or the router."""
-        await self._changed.wait()
+    def changed(self) -> Coroutine[Any, Any, Any]:
+        """Wait for the next event about modules or the router, from the call on."""
+        return self._changed.wait()
 
     def _take(self, token: _Token) -> None:
         try:

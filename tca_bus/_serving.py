@@ -29,6 +29,7 @@ from tca_bus._errors import (
 from tca_bus._faults import FAILURE_NAMES, encode_error
 from tca_bus._handlers import QUERIES, Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query, parse_sender
+from tca_bus._line import Request, request_of
 from tca_bus._messages import Message, MessageClass
 from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
@@ -46,8 +47,6 @@ MOST_RUNNING = 1024
 
 EXPECTED = (*FAILURE_NAMES, HandlerFailedError, TaskError, TaskFailedError)
 """What a handler may end with as part of its work; anything else is logged with its trace."""
-
-Request = tuple[str, str]
 
 
 class ContextFactory(Protocol):
@@ -87,7 +86,7 @@ class QueryServer:
         except (InvalidMessageError, ValueError) as error:
             self._reject(query, error)
             return
-        request = (address.caller, envelope.id)
+        request = request_of(address.caller, address.name, envelope.id)
         known = self._cache.get(request)
         if known is not None:
             self._send(query, address, known)

@@ -12,7 +12,7 @@ from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._errors import BusyError, RefusedError
 from tca_bus._handlers import Handlers
-from tca_bus._line import Line, Request
+from tca_bus._line import Line, Request, request_of
 from tca_bus._messages import Query
 from tca_bus._presence import PresenceChange
 
@@ -77,7 +77,7 @@ class Turns:
         if line.is_full:
             module = f"module {self._core.name!r}"
             raise BusyError(question.message, f"{module} has {line.waiting} waiting already")
-        request = (context.sender, question.request)
+        request = request_of(context.sender, question.message, question.request)
         turn = self._told.setdefault(request, asyncio.get_running_loop().create_future())
         self._tell(line.wait(request, self._now()))
         try:
@@ -86,7 +86,7 @@ class Turns:
             self._told.pop(request, None)
 
     async def _withdraw(self, order: WithdrawRequest, context: Context) -> None:
-        self._clear(order.message, (context.sender, order.request))
+        self._clear(order.message, request_of(context.sender, order.message, order.request))
 
     def _clear(self, name: str, request: Request) -> None:
         self._cancel(request)

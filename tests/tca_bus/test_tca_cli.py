@@ -91,6 +91,22 @@ async def test_modules_and_messages_are_listed():
     assert "Drive there and back." in messages.out
 
 
+async def test_what_a_module_requires_and_nobody_provides_is_shown():
+    async with office() as here:
+        needy = Module(
+            "needy", options=here.options, provides=["map"], requires=["sonar"], hold=True
+        )
+        async with needy:
+            listed, table, doctor = await asyncio.gather(
+                here.tca("modules", "--json"), here.tca("modules"), here.tca("doctor")
+            )
+    (one,) = [module for module in listed.json if module["name"] == "needy"]
+    assert (one["state"], one["resources"]) == ("held", ["map"])
+    assert (one["requires"], one["missing"]) == (["sonar"], ["sonar"])
+    assert "missing" in table.out
+    assert "needy: requires 'sonar', which no module provides" in doctor.out
+
+
 async def test_queries_and_one_way_messages():
     async with office() as here:
         asked, alone = await asyncio.gather(
