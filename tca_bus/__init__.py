@@ -20,6 +20,7 @@ from tca_bus._errors import (
     HandlerFailedError,
     InvalidMessageError,
     KilledError,
+    NeverSetError,
     NoHandlerError,
     PeerLostError,
     RefusedError,
@@ -27,6 +28,7 @@ from tca_bus._errors import (
     TaskFailedError,
     TcaError,
     TimedOutError,
+    VariableChangedError,
     did_you_mean,
     near_matches,
 )
@@ -48,6 +50,7 @@ from tca_bus._messages import (
 )
 from tca_bus._module import Module
 from tca_bus._monitor_spec import Condition, MonitorReport
+from tca_bus._multi import Answers
 from tca_bus._options import BusOptions
 from tca_bus._orders import HasPoints, Interval, Moment, Order, Point, TaskRef
 from tca_bus._presence import PresenceChange, PresentModule
@@ -58,8 +61,11 @@ from tca_bus._steering import MonitorOptions
 from tca_bus._subscription import Subscription
 from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
 from tca_bus._tree_queries import Relation
+from tca_bus._variable_watch import VariableWatch
+from tca_bus._variables import Reading, Variable, VariableState
 
 __all__ = [
+    "Answers",
     "Attachment",
     "AttachmentHandle",
     "AwaitTime",
@@ -94,6 +100,7 @@ __all__ = [
     "MonitorOptions",
     "MonitorReport",
     "MultiQuery",
+    "NeverSetError",
     "NoHandlerError",
     "Order",
     "PeerLostError",
@@ -101,6 +108,7 @@ __all__ = [
     "PresenceChange",
     "PresentModule",
     "Query",
+    "Reading",
     "RefusedError",
     "Relation",
     "Resolution",
@@ -122,6 +130,10 @@ __all__ = [
     "TcaError",
     "TcaException",
     "TimedOutError",
+    "Variable",
+    "VariableChangedError",
+    "VariableState",
+    "VariableWatch",
     "catch",
     "clean_up",
     "configure_logging",

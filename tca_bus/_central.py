@@ -22,6 +22,7 @@ from tca_bus._central_alarms import Alarms
 from tca_bus._central_desk import Desk
 from tca_bus._central_post import Post
 from tca_bus._central_steering import SteeringDesk
+from tca_bus._central_variables import VariableDesk
 from tca_bus._errors import NoHandlerError, RefusedError, TcaError, TimedOutError
 from tca_bus._journal import Journal, JournalError
 from tca_bus._messages import MessageClass
@@ -100,6 +101,7 @@ class Central:
         self._alarms = Alarms(self)
         self._desk = Desk(self)
         self._steering = SteeringDesk(self)
+        self._variables = VariableDesk(self.module, self.journal)
         self._batches: list[_Batch] = []
         self._wake = asyncio.Event()
         self._settled_at = 0.0
@@ -112,6 +114,7 @@ class Central:
         try:
             self._desk.serve(self.module)
             self._steering.serve(self.module)
+            self._variables.serve()
             await self.module.__aenter__()
         except BaseException:
             await self.journal.__aexit__(None, None, None)
@@ -216,6 +219,7 @@ class Central:
         self._welcome_modules()
         self.module.start(self._watch_modules(), name="central.presence")
         self.module.start(self._settle(), name="central.settle")
+        await self._variables.begin()
         self.ready.set()
         if len(self.tree):
             logger.info("goes on with %d task nodes from the journal", len(self.tree))
@@ -342,7 +346,7 @@ class Central:
 
 def _capacity(provided: ProvidedMessage) -> int:
     """How many nodes of a message a module takes at once; conditions are no work."""
-    return provided.capacity if provided.message_class in TASKS else UNLIMITED
+    return provided.capacity or 1 if provided.message_class in TASKS else UNLIMITED
 
 
 async def refuse_second(options: BusOptions) -> None:

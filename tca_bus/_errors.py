@@ -12,7 +12,10 @@
     ├── KilledError            the task was killed or cancelled        exit 6
     ├── RefusedError           the other side may not or will not      exit 7
     │   └── BusyError          it has too much waiting to take more    exit 7
+    │       └── AtCapacityError    the handler has no place free now   exit 7
     ├── PeerLostError          the module that had it died             exit 1
+    ├── NeverSetError          a shared variable has no value yet      exit 1
+    ├── VariableChangedError   it is not as the setter expected        exit 1
     ├── HandlerFailedError     the handler of a query raised           exit 1
     └── TaskFailedError        a goal or command failed                exit 1
 
@@ -145,12 +148,37 @@ class BusyError(RefusedError):
     """The other side has too much waiting to take more; it may be asked again."""
 
 
+class AtCapacityError(BusyError):
+    """All places of a handler are taken; the caller may wait for its turn, and modules do."""
+
+
 class PeerLostError(TcaError, ConnectionError):
     """The module that worked on it died before it answered."""
 
     def __init__(self, module: str, what: str) -> None:
         self.module, self.what = module, what
         super().__init__(f"module {module!r} was lost while it handled {what!r}")
+
+
+class NeverSetError(TcaError, LookupError):
+    """A shared variable was never set."""
+
+    def __init__(self, name: str, known: Iterable[str] = ()) -> None:
+        self.name = name
+        others = [other for other in known if other != name]
+        self.near = near_matches(name, others)
+        super().__init__(f"variable {name!r} was never set.{did_you_mean(name, others)}")
+
+
+class VariableChangedError(TcaError):
+    """A shared variable is not at the sequence number that its setter expected."""
+
+    def __init__(self, name: str, expected: int, found: int) -> None:
+        self.name, self.expected, self.found = name, expected, found
+        super().__init__(
+            f"variable {name!r} was not set: expected sequence {_sequence(expected)}, "
+            f"found {_sequence(found)}"
+        )
 
 
 class HandlerFailedError(TcaError):
@@ -167,6 +195,10 @@ class TaskFailedError(TcaError):
     def __init__(self, task: str, failure: Failure) -> None:
         self.task, self.failure = task, failure
         super().__init__(failure.sentence())
+
+
+def _sequence(number: int) -> str:
+    return str(number) if number else "0 (never set)"
 
 
 class TaskError(Exception):

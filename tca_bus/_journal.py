@@ -6,13 +6,14 @@ WAL mode with full synchronisation a commit survives the end of the process and 
 
 from __future__ import annotations
 
+import asyncio
 import sqlite3
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import aiosqlite
 
@@ -31,6 +32,8 @@ from tca_bus.tasktree import (
     decode_event,
     encode_event,
 )
+
+T = TypeVar("T")
 
 APPLICATION_ID = 0x54434131
 """Marks the file as ours ("TCA1"), so that another program's database is not taken for one."""
@@ -72,6 +75,7 @@ class Journal:
         self.name = str(path) if path else "in memory"
         self._open: aiosqlite.Connection | None = None
         self._written = 0
+        self._one_at_a_time = asyncio.Lock()
         self.generation = 0
 
     async def __aenter__(self) -> Self:
@@ -108,19 +112,34 @@ class Journal:
         Raises:
             JournalError: It could not be written.
         """
-        try:
-            for record in records:
-                await self._write_record(record)
-            for free in freed:
-                await self._write_end(free)
-            for end in ended:
-                await self._db.execute(
-                    "UPDATE roots SET ended = ? WHERE root = ?", (end.time, end.root)
-                )
-            await self._db.commit()
-            await self._prune()
-        except sqlite3.Error as error:
-            raise JournalError(self.name, str(error)) from error
+        await self.transact(lambda _: self._write(records, freed, ended))
+
+    async def transact(self, work: Callable[[aiosqlite.Connection], Awaitable[T]]) -> T:
+        """Do ``work`` on the database and commit it, with no other writer in between.
+
+        Raises:
+            JournalError: It could not be written.
+        """
+        async with self._one_at_a_time:
+            try:
+                value = await work(self._db)
+                await self._db.commit()
+            except sqlite3.Error as error:
+                raise JournalError(self.name, str(error)) from error
+        return value
+
+    async def _write(
+        self, records: Iterable[Record], freed: Iterable[Freed], ended: Iterable[Ended]
+    ) -> None:
+        for record in records:
+            await self._write_record(record)
+        for free in freed:
+            await self._write_end(free)
+        for end in ended:
+            await self._db.execute(
+                "UPDATE roots SET ended = ? WHERE root = ?", (end.time, end.root)
+            )
+        await self._prune()
 
     async def living_events(self) -> list[RecordedEvent]:
         """The events of all top-level tasks that have not ended, in order.
@@ -233,7 +252,6 @@ class Journal:
         await self._db.execute(
             "DELETE FROM roots WHERE ended IS NOT NULL AND root NOT IN (SELECT root FROM events)"
         )
-        await self._db.commit()
 
     async def _connect(self) -> None:
         if self._path is not None:

@@ -7,19 +7,21 @@ import contextlib
 import logging
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterable
 from types import TracebackType
 from typing import Any, Self
 
 from tca_bus._clock import Clock, WallClock
-from tca_bus._core import Core, Tally, new_incarnation
+from tca_bus._core import Core, new_incarnation
 from tca_bus._errors import ClosedError, ConfigError
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
 from tca_bus._parts import Parts
 from tca_bus._presence_feed import PresenceFeed
+from tca_bus._readiness import Readiness
 from tca_bus._session import Session
+from tca_bus._tally import Tally
 from tca_bus._work import Contexts
 
 logger = logging.getLogger(__name__)
@@ -31,13 +33,22 @@ class Lifecycle(ABC):
     Entered once, and left by the task that entered it.
     """
 
-    def __init__(self, name: str, *, options: BusOptions | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        options: BusOptions | None = None,
+        provides: Iterable[str] = (),
+        requires: Iterable[str] = (),
+        hold: bool = False,
+    ) -> None:
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("module name", name, CHUNK_EXPECTED)
         self.name = name
         self.incarnation = new_incarnation()
         self.options = options or BusOptions()
         self.clock: Clock = WallClock()
+        self._readiness = Readiness.declare(provides, requires, hold=hold)
         self._handlers = Handlers()
         self._open: Parts | None = None
         self._is_used = False
@@ -104,14 +115,16 @@ class Lifecycle(ABC):
 
     def _assemble(self, session: Session) -> Parts:
         keys = Keys(self.options.realm)
-        presence = PresenceFeed(session, keys, self.incarnation)
-        core = Core(self.name, self.incarnation, keys, session, presence, self.start, Tally())
+        tally = Tally()
+        presence = PresenceFeed(session, keys, self.incarnation, tally)
+        core = Core(self.name, self.incarnation, keys, session, presence, self.start, tally)
         return Parts(
             core=core,
             handlers=self._handlers,
             clock_kind=self.options.clock,
             contexts=self._contexts(),
             started=time.time(),
+            readiness=self._readiness,
         )
 
     @abstractmethod

@@ -7,6 +7,7 @@ to a type checker too. Source: Simmons, *Structured control for autonomous robot
 from __future__ import annotations
 
 import enum
+from collections.abc import Collection
 from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict
@@ -48,7 +49,9 @@ class Message(BaseModel):
     """Base of all message types.
 
     ``wire_name`` is the name on the bus; it defaults to the class name with a small initial.
-    ``revision`` grows when the fields change.
+    ``revision`` grows when the fields change, but for a field that is added with a default.
+    ``accepts`` are the older revisions that this one understands too: `upgrade` and
+    `downgrade_answer` say how.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, ser_json_inf_nan="constants")
@@ -56,6 +59,19 @@ class Message(BaseModel):
     message_class: ClassVar[MessageClass]
     wire_name: ClassVar[str] = ""
     revision: ClassVar[int] = 1
+    accepts: ClassVar[Collection[int]] = ()
+
+    @classmethod
+    def upgrade(cls, revision: int, data: dict[str, Any]) -> dict[str, Any]:
+        """Turn the fields of an older revision, as JSON values, into those of this one."""
+        del revision
+        return data
+
+    @classmethod
+    def downgrade_answer(cls, revision: int, answer: Any) -> Any:
+        """Turn an answer, as JSON values, into what a sender of an older revision understands."""
+        del revision
+        return answer
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

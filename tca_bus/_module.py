@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar, Unpack
 
 from tca_bus._contexts import ModuleContexts
 from tca_bus._errors import TimedOutError
 from tca_bus._handle import TaskHandle
+from tca_bus._keys import Keys
 from tca_bus._messages import (
     Broadcast,
     Command,
@@ -21,46 +22,59 @@ from tca_bus._messages import (
     TaskMessage,
     TcaException,
 )
-from tca_bus._multi import ask_all
+from tca_bus._multi import Answers
 from tca_bus._orders import HasPoints
 from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import Constraint, SubmitTask, TaskStatus
 from tca_bus._sending import SendOptions
+from tca_bus._shared import SharedVariables
+from tca_bus._state_server import Lookup
 from tca_bus._steering import Steering
 from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
 from tca_bus._task_context import TaskContext
 from tca_bus._tasks import TaskSender, new_task_id
 from tca_bus._types import answer_adapter
-from tca_bus._wire import build, decode_answer, encode_message
+from tca_bus._waiting import ReadyTogether
+from tca_bus._wire import Payload, build, decode_answer, encode_message
 
 R = TypeVar("R")
 M = TypeVar("M", bound=Message)
 HandlerT = TypeVar("HandlerT", bound=Callable[..., Awaitable[Any]])
 
 
-class Module(PlainMessages, Steering):
+class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
     find it, ``incarnation`` is new with each start. Enter and leave it in the same task.
 
+    ``provides`` and ``requires`` name resources, words that modules agree on, such as ``map``;
+    every module provides one of its own name. With ``hold`` nothing is delivered to its handlers
+    before `ready` or `wait_until_ready`: its token names none, so a task waits or finds nobody,
+    and a query to it by name is refused as busy.
+
+    Two modules of one name may be there at once: both are seen, the newer one is asked, and both
+    warn once.
+
     Raises:
-        ConfigError: The name cannot be a part of a key.
+        ConfigError: The name, or that of a resource, cannot be a part of a key.
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """
 
     def handler(
-        self, message_type: type[Message], *, capacity: int = 1
+        self, message_type: type[Message], *, capacity: int | None = None
     ) -> Callable[[HandlerT], HandlerT]:
         """Register the decorated async function as the handler of a message type.
 
         It is called with the message and a `Context` (a `TaskContext` for goals and commands).
-        Queries are handled concurrently; informs and broadcasts one at a time, in order of
-        arrival; goals and commands ``capacity`` at a time.
+        Queries are handled concurrently, ``capacity`` at a time if one is given; informs and
+        broadcasts one at a time, in order of arrival; goals and commands ``capacity`` at a time,
+        one by default. Modules that handle one query are a pool: each query goes to one of them,
+        and where all are at their capacity the first that has a place takes the next.
 
         Raises:
             ConfigError: The type has a handler already, or the function is not async.
@@ -77,7 +91,7 @@ class Module(PlainMessages, Steering):
         message_type: type[Message],
         function: Callable[..., Awaitable[Any]],
         *,
-        capacity: int = 1,
+        capacity: int | None = None,
     ) -> None:
         """Register ``function`` as the handler of a message type; see `handler`."""
         handler = self._handlers.add(message_type, function, capacity=capacity)
@@ -126,18 +140,21 @@ class Module(PlainMessages, Steering):
         answer = await self._parts.caller.call(
             kind.wire_name, encode_message(message), to=to, timeout=timeout
         )
-        return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+        return decode_answer(answer, answer_adapter(kind), kind.wire_name, revision=kind.revision)  # type: ignore[no-any-return]
 
-    def query_all(self, message: MultiQuery[R], *, timeout: float = 10.0) -> AsyncIterator[R]:
+    def query_all(
+        self, message: MultiQuery[R], *, most: int | None = None, timeout: float = 10.0
+    ) -> Answers[R]:
         """Ask all modules that handle the message; the answers come fastest first.
 
-        One that fails does not keep the others from answering.
+        Ends after ``most`` answers, after ``timeout`` wall seconds, or when all have answered or
+        failed. One that fails does not keep the others from answering; the object says how many
+        were asked, who answered, who failed and with what, and who is missing.
 
         Raises:
-            NoHandlerError: No module here handles it.
-            ExceptionGroup: After all answers: what those who gave none failed with.
+            ConfigError: ``most`` is below 1.
         """
-        return ask_all(self._parts.caller, message, timeout)
+        return Answers(lambda: self._parts.caller, message, most=most, timeout=timeout)
 
     async def inform(self, message: Inform) -> None:
         """Tell all modules that handle the message; returns when it is sent.
@@ -283,6 +300,23 @@ class Module(PlainMessages, Steering):
         ``lookup(sender, id)`` gives the states to answer with; either may be ``*``.
         """
         self._parts.serve_statuses(lookup)
+
+    @property
+    def keys(self) -> Keys:
+        """The keys of the realm."""
+        return self._parts.core.keys
+
+    def publish_state(self, key: str, payload: Payload) -> None:
+        """Publish a state on a key of its own; central does."""
+        self._parts.topics.send(key, payload)
+
+    def serve_states(self, key: str, lookup: Lookup) -> None:
+        """Answer Zenoh gets on ``key`` with the states that ``lookup`` gives; central does."""
+        self._parts.serve_states(key, lookup)
+
+    def on_return(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` when the router is back; gives a function that ends it."""
+        return self._parts.on_return(listener)
 
     @property
     def _streams(self) -> Streams:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
@@ -143,6 +143,7 @@ class SubmitTask(Query[TaskStatus]):
     """Module to central: make this node. Sent twice it makes one node.
 
     ``parent`` is the id of the node from whose handler it comes, None for the root.
+    ``message_revision`` is that of the sender's type; None where the data have to fit exactly.
     Refused with ``no_handler`` when no module provides the message, unless ``wait_for_handler``
     is above zero: then the node is made, and fails if none comes within so many seconds.
 
@@ -158,7 +159,7 @@ class SubmitTask(Query[TaskStatus]):
     id: str = Field(pattern=TASK_ID_PATTERN)
     name: str
     task_class: TaskClass
-    message_revision: int = 1
+    message_revision: int | None = None
     data: dict[str, Any]
     sender: str
     parent: str | None = None
@@ -246,7 +247,7 @@ class HandleTask(Query[Taken]):
     attempt: int = Field(ge=1)
     name: str
     task_class: TaskClass
-    message_revision: int = 1
+    message_revision: int | None = None
     data: dict[str, Any]
     sender: str
     parent: str | None = None
@@ -295,7 +296,9 @@ class ReportOutcome(Query[Taken]):
 class ProvidedMessage(BaseModel):
     """A message that a module handles, with the JSON schemas of it and of its answer.
 
-    ``capacity`` is how many of it the module handles at once; central holds back the rest.
+    ``capacity`` is how many of it the module handles at once, None for as many as come; the rest
+    waits at central, or in the line of the pool if it is a query. ``accepts`` are older revisions
+    that it understands.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -303,7 +306,8 @@ class ProvidedMessage(BaseModel):
     name: str
     message_class: str
     revision: int
-    capacity: int = 1
+    accepts: list[int] = []
+    capacity: int | None = 1
     summary: str
     message_schema: dict[str, Any]
     reply_schema: dict[str, Any] | None
@@ -352,8 +356,8 @@ class SimulatedTime(Broadcast):
 
     wire_name = "tca.simTime"
 
-    time: float
-    speed: float | None
+    time: FiniteFloat
+    speed: FiniteFloat | None
 
 
 class AwaitTime(Broadcast):
@@ -366,4 +370,4 @@ class AwaitTime(Broadcast):
 
     module: str
     incarnation: str
-    until: float | None
+    until: FiniteFloat | None

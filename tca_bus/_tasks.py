@@ -130,7 +130,7 @@ class TaskSender:
         payload = encode_message(question)
         answer = await self.caller.call(kind.wire_name, payload, to=CENTRAL, timeout=timeout)
         self._central_seen = True
-        return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+        return decode_answer(answer, answer_adapter(kind), kind.wire_name, revision=kind.revision)  # type: ignore[no-any-return]
 
     def _is_out_of_reach(self, question: Query[Any], error: TcaError) -> bool:
         """Tell "no central" from central's own word that nobody handles the task."""

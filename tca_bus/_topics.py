@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -21,8 +20,6 @@ from tca_bus._serving import ContextFactory
 from tca_bus._session import MAILBOX_SIZE
 from tca_bus._subscription import Subscription
 from tca_bus._wire import Payload, decode_message
-
-logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -121,6 +118,8 @@ class Topics:
             context = self._context(sender=arrival.sender, id=arrival.envelope.id)
             try:
                 await handler.call(arrival.value, context)
-            except Exception:
+            except Exception as error:
                 name = handler.message_type.wire_name
-                logger.exception("handler of %s from %s failed", name, arrival.sender)
+                cause = f"handler of {name}: {type(error).__name__}"
+                text = f"handler of {name} from {arrival.sender} failed"
+                self._core.tally.complain(cause, text, error=error)

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 from collections import OrderedDict
+from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -34,6 +35,7 @@ from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._monitoring import Firing, MonitorRun
 from tca_bus._problems import problems_of
 from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
+from tca_bus._revisions import answer_for, understand
 from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
 from tca_bus._tasks import CENTRAL, OUT_OF_REACH, TaskSender
 from tca_bus._types import answer_adapter
@@ -151,13 +153,16 @@ class TaskWorker:
         if kind.message_class in TASKS and kind.message_class.value != task.task_class:
             problem = f"class: expected {kind.message_class.value}, got {task.task_class}"
             raise InvalidMessageError(task.name, [problem])
-        if kind.revision != task.message_revision:
-            problem = f"revision: expected {kind.revision}, got {task.message_revision}"
-            raise InvalidMessageError(task.name, [problem])
         try:
-            return kind.model_validate(task.data), handler
+            message = understand(
+                kind,
+                task.message_revision,
+                validate=lambda: kind.model_validate(task.data),
+                plain=lambda: deepcopy(task.data),
+            )
         except ValidationError as error:
             raise InvalidMessageError(task.name, problems_of(error)) from error
+        return message, handler
 
     async def _supersede(self, job: Job, task: HandleTask) -> None:
         """Stop an older attempt; the newer one begins when its handler has ended."""
@@ -226,7 +231,7 @@ class TaskWorker:
             if context.is_postponed:
                 job.answer = asyncio.get_running_loop().create_future()
                 value = await job.answer
-        return _plain_result(value, handler)
+        return _plain_result(value, handler, job.task.message_revision)
 
     def _monitor(
         self, task: HandleTask, spec: MonitorSpec, message: Message, handler: Handler
@@ -264,7 +269,7 @@ class TaskWorker:
         )
 
     def _slot(self, handler: Handler) -> asyncio.Semaphore:
-        return self._slots.setdefault(handler.name, asyncio.Semaphore(handler.capacity))
+        return self._slots.setdefault(handler.name, asyncio.Semaphore(handler.capacity or 1))
 
     def _failed(self, task: HandleTask, error: Exception) -> ReportOutcome:
         if not isinstance(error, TaskError | TaskFailedError | TcaError):
@@ -339,13 +344,14 @@ def _exception(kind: type[Message], task: HandleTask) -> Message:
         raise InvalidMessageError(task.name, problems_of(error)) from error
 
 
-def _plain_result(value: Any, handler: Handler) -> Any:
-    """The result as JSON values; a handler that returns something else has failed."""
+def _plain_result(value: Any, handler: Handler, told: int | None) -> Any:
+    """The result as JSON values, in the sender's form; one of another type is a failure."""
     adapter = answer_adapter(handler.message_type)
     try:
-        return adapter.dump_python(adapter.validate_python(value), mode="json")
+        result = adapter.dump_python(adapter.validate_python(value), mode="json")
     except ValidationError as error:
         raise TaskError("invalid_result", f"result: {'; '.join(problems_of(error))}") from error
+    return answer_for(handler.message_type, told, result)[0]
 
 
 def _killed(id: str, attempt: int) -> ReportOutcome:

@@ -14,6 +14,7 @@ from tca_bus.cli._send import broadcast, inform, query
 from tca_bus.cli._servers import central, router
 from tca_bus.cli._tasks import command, goal, kill
 from tca_bus.cli._tree import tree
+from tca_bus.cli._variables import var
 
 app = make_app(
     "tca",
@@ -30,6 +31,8 @@ GROUPS: dict[str, tuple[Callable[..., Any], ...]] = {
 for group, functions in GROUPS.items():
     for function in functions:
         app.command(function, group=group)
+var.group = "Messages"
+app.command(var)
 
 
 def main() -> NoReturn:

@@ -57,7 +57,10 @@ def test_the_newest_incarnation_answers():
     assert table.providers("navigateToG") == [module(incarnation="02")]
     assert table.has_provider("navigateToG")
     table.delete(module(incarnation="02"), now=0.0)
+    assert table.providers("navigateToG") == [module(incarnation="01")]
+    table.delete(module(incarnation="01"), now=0.0)
     assert not table.has_provider("navigateToG")
+    assert table.providers("navigateToG") == [module(incarnation="02")]
 
 
 def test_a_token_that_its_module_replaced_may_vanish():
