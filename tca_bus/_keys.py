@@ -109,4 +109,6 @@ def parse_presence(key: str) -> PresentModule:
         raise ValueError(f"{key!r} is no presence key: expected 7 parts, got {len(chunks)}")
     _, _, name, incarnation, host, pid, names = chunks
     provides = () if names == NO_NAMES else tuple(names.split(","))
+    if not pid.isascii() or not pid.isdigit():
+        raise ValueError(f"{key!r} is no presence key: expected a process number, got {pid!r}")
     return PresentModule(name, incarnation, host, int(pid), provides)
