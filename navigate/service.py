@@ -10,7 +10,7 @@ from typing import Any
 
 from navigate.driver import Drive as Errand
 from navigate.floor import CENTIMETRES, UnknownRoomError
-from navigate.graph import Point
+from navigate.graph import Point, show_point
 from navigate.keeping import StateFile
 from navigate.messages import (
     NavigateToGoal,
@@ -171,7 +171,7 @@ class NavigateService:
 
     def _name(self, point: Point) -> str:
         room = self._navigator.floor.room_near(*point)
-        return room or f"({point[0]:.2f}, {point[1]:.2f})"
+        return room or show_point(point)
 
     async def _on_set_position(self, command: SetPosition, _context: TaskContext) -> Position:
         with _told_unknown():
