@@ -122,7 +122,10 @@ class NavigateService:
         drive = Drive(tick=sensors.tick, speed=wheels.speed, turn_rate=wheels.turn, busy=busy)
         try:
             await self.module.inform(drive)
-        except (NoHandlerError, BusGoneError, ClosedError) as error:
+        except ClosedError:
+            # This module is on its way out, and the robot sees that it goes.
+            return
+        except (NoHandlerError, BusGoneError) as error:
             self._unheard += 1
             if self._unheard == 1:
                 log.warning("nobody takes the wheels' commands: %s", error)
