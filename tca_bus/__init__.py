@@ -19,6 +19,7 @@ from tca_bus._errors import (
     TimedOutError,
     did_you_mean,
     near_matches,
+    near_or_all,
 )
 from tca_bus._failure import Failure
 from tca_bus._handle import TaskHandle
@@ -86,4 +87,5 @@ __all__ = [
     "configure_logging",
     "did_you_mean",
     "near_matches",
+    "near_or_all",
 ]
