@@ -69,7 +69,7 @@ class NavigateService:
     def __init__(
         self, navigator: Navigator, options: BusOptions | None, kept: StateFile | None = None
     ) -> None:
-        self.module = Module(NAME, options=options)
+        self.module = Module(NAME, options=options, sole=True)
         self._navigator, self._kept = navigator, kept
         self._sensors: Sensors | None = None
         self._heard, self._ended = asyncio.Event(), asyncio.Event()
@@ -88,6 +88,7 @@ class NavigateService:
 
         Raises:
             BusGoneError: there is no router.
+            RefusedError: there is a navigator on the realm.
         """
         self._load()
         async with self.module:

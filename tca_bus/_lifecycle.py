@@ -32,12 +32,13 @@ class Lifecycle(ABC):
     Entered once, and left by the task that entered it.
     """
 
-    def __init__(self, name: str, *, options: BusOptions | None = None) -> None:
+    def __init__(self, name: str, *, options: BusOptions | None = None, sole: bool = False) -> None:
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("module name", name, CHUNK_EXPECTED)
         self.name = name
         self.incarnation = new_incarnation()
         self.options = options or BusOptions()
+        self.sole = sole
         self.clock: Clock = WallClock()
         self._handlers = Handlers()
         self._open: Parts | None = None
@@ -114,6 +115,7 @@ class Lifecycle(ABC):
             context=self._context,
             task_context=self._task_context,
             started=time.time(),
+            sole=self.sole,
         )
 
     @abstractmethod

@@ -40,11 +40,14 @@ class Module(PlainMessages):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
-    find it, ``incarnation`` is new with each start. Enter and leave it in the same task.
+    find it, ``incarnation`` is new with each start. A ``sole`` one does not share its name: a
+    second is refused while the first is there. Enter and leave it in the same task.
 
     Raises:
         ConfigError: The name cannot be a part of a key.
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
+        RefusedError: On entering, it is ``sole`` and another has its name; out of a background
+            task when that turns out later.
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """
 

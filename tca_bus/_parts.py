@@ -26,6 +26,7 @@ from tca_bus._protocol import Describe, HandleTask, ModuleCard, TaskStatus
 from tca_bus._serving import MOST_WAITING, ContextFactory, QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
+from tca_bus._sole import be_only, yield_to_older
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import STATUS_ENCODING, TaskSender
 from tca_bus._topics import Arrival, Topics
@@ -51,6 +52,7 @@ class Parts:
     context: ContextFactory
     task_context: Callable[[HandleTask], TaskContext]
     started: float
+    sole: bool = False
 
     def __post_init__(self) -> None:
         self.topics = Topics(self.core, self.context)
@@ -83,6 +85,11 @@ class Parts:
             self.attend(handler)
         clock = self._begin_clock()
         await self.core.presence.begin(SETTLE_TIMEOUT)
+        if self.sole:
+            realm = self.core.keys.realm
+            await be_only(self.core.presence, self.me, realm)
+            watch = yield_to_older(self.core.presence, self.me, realm)
+            self.core.spawn(watch, name=f"{self.core.name}.sole")
         self.core.spawn(beat(self.core, self.topics), name=f"{self.core.name}.heartbeat")
         self.announce()
         return clock
