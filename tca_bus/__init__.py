@@ -31,6 +31,7 @@ from tca_bus._errors import (
     VariableChangedError,
     did_you_mean,
     near_matches,
+    near_or_all,
 )
 from tca_bus._failure import Failure
 from tca_bus._handle import TaskHandle
@@ -139,5 +140,6 @@ __all__ = [
     "configure_logging",
     "did_you_mean",
     "near_matches",
+    "near_or_all",
     "tap",
 ]

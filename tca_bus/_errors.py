@@ -37,6 +37,9 @@ from tca_bus._types import summary
 LONGEST_NAME = 100
 """Letters of a name that count when near matches are looked for: what arrives may be endless."""
 
+MOST_LISTED = 20
+"""How many names an error lists at most."""
+
 
 def near_matches(word: str, known: Iterable[str], *, most: int = 3) -> list[str]:
     """The names in ``known`` that look most like ``word``, the nearest first."""
@@ -49,6 +52,19 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """A sentence with near matches, to append to an error; empty when nothing is near."""
     hits = near_matches(word, known)
     return f" Did you mean {' or '.join(repr(hit) for hit in hits)}?" if hits else ""
+
+
+def near_or_all(word: str, known: Iterable[str]) -> str:
+    """What would be right instead of ``word``, as a sentence to append to an error.
+
+    Near matches if there are any, else all names, or the first and the last of many.
+    """
+    names = sorted(known)
+    if hint := did_you_mean(word, names):
+        return hint
+    if len(names) > MOST_LISTED:
+        return f" There are {len(names)}, from {names[0]!r} to {names[-1]!r}."
+    return f" There are: {', '.join(names)}." if names else ""
 
 
 class TcaError(Exception):

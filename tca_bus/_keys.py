@@ -118,6 +118,8 @@ def parse_presence(key: str) -> PresentModule:
         raise ValueError(f"{key!r} is no presence key: expected 7 or 8 parts, got {len(chunks)}")
     _, _, name, incarnation, host, pid, names = chunks[:7]
     provides = () if names == NO_NAMES else tuple(names.split(","))
+    if not pid.isascii() or not pid.isdigit():
+        raise ValueError(f"{key!r} is no presence key: expected a process number, got {pid!r}")
     module = PresentModule(name, incarnation, host, int(pid), provides)
     return _with_more(module, chunks[7].split(",")) if len(chunks) == 8 else module
 

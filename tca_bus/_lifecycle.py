@@ -41,12 +41,14 @@ class Lifecycle(ABC):
         provides: Iterable[str] = (),
         requires: Iterable[str] = (),
         hold: bool = False,
+        sole: bool = False,
     ) -> None:
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("module name", name, CHUNK_EXPECTED)
         self.name = name
         self.incarnation = new_incarnation()
         self.options = options or BusOptions()
+        self.sole = sole
         self.clock: Clock = WallClock()
         self._readiness = Readiness.declare(provides, requires, hold=hold)
         self._handlers = Handlers()
@@ -125,6 +127,7 @@ class Lifecycle(ABC):
             contexts=self._contexts(),
             started=time.time(),
             readiness=self._readiness,
+            sole=self.sole,
         )
 
     @abstractmethod

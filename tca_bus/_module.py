@@ -49,7 +49,8 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
-    find it, ``incarnation`` is new with each start. Enter and leave it in the same task.
+    find it, ``incarnation`` is new with each start. A ``sole`` one does not share its name: a
+    second is refused while the first is there. Enter and leave it in the same task.
 
     ``provides`` and ``requires`` name resources, words that modules agree on, such as ``map``;
     every module provides one of its own name. With ``hold`` nothing is delivered to its handlers
@@ -62,6 +63,8 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
     Raises:
         ConfigError: The name, or that of a resource, cannot be a part of a key.
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
+        RefusedError: On entering, it is ``sole`` and another has its name; out of a background
+            task when that turns out later.
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """
 

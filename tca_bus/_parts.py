@@ -27,6 +27,7 @@ from tca_bus._readiness import Readiness
 from tca_bus._serving import QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
+from tca_bus._sole import be_only, yield_to_older
 from tca_bus._state_server import Lookup, StateServer
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import STATUS_ENCODING, TaskSender
@@ -54,6 +55,7 @@ class Parts:
     contexts: Contexts
     started: float
     readiness: Readiness
+    sole: bool = False
 
     def __post_init__(self) -> None:
         self.topics = Topics(self.core, self.contexts.plain)
@@ -94,6 +96,11 @@ class Parts:
             self.attend(handler)
         clock = self._begin_clock()
         await self.core.presence.begin(SETTLE_TIMEOUT)
+        if self.sole:
+            realm = self.core.keys.realm
+            await be_only(self.core.presence, self.me, realm)
+            watch = yield_to_older(self.core.presence, self.me, realm)
+            self.core.spawn(watch, name=f"{self.core.name}.sole")
         self.core.spawn(beat(self.core, self.topics), name=f"{self.core.name}.heartbeat")
         self.core.spawn(watch_loop(self.core.name), name=f"{self.core.name}.loop_watch")
         self.announce()

@@ -19,6 +19,7 @@ from tca_bus import (
     Query,
     Router,
     near_matches,
+    near_or_all,
 )
 from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox
@@ -106,6 +107,14 @@ def test_a_message_name_is_one_chunk_of_a_key():
 
 def test_only_the_beginning_of_an_endless_name_is_looked_at():
     assert near_matches("a" * 100 + "b" * 10_000, ["a" * 100, "c"]) == ["a" * 100]
+
+
+def test_what_would_be_right_is_near_matches_or_else_what_there_is():
+    assert near_or_all("rom", ["room", "hall"]) == " Did you mean 'room'?"
+    assert near_or_all("zz", ["room", "hall"]) == " There are: hall, room."
+    many = [f"r-{number:02d}" for number in range(50)]
+    assert near_or_all("zz", many) == " There are 50, from 'r-00' to 'r-49'."
+    assert near_or_all("zz", []) == ""
 
 
 async def post_from_a_thread(box, items):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
@@ -84,6 +85,12 @@ def test_the_key_of_a_token_gives_the_module_back():
     keys = Keys("xavier")
     for entry in (module(), module(provides=()), module(provides=("a.b", "C_say"))):
         assert parse_presence(keys.presence(entry)) == entry
+
+
+@pytest.mark.parametrize("key", ["xavier/presence/x", "xavier/presence/a/01/h/zero/-", "x"])
+def test_a_token_of_another_shape_is_refused_by_its_key(key):
+    with pytest.raises(ValueError, match=f"'{key}' is no presence key: expected"):
+        parse_presence(key)
 
 
 class Tokens(RuleBasedStateMachine):
