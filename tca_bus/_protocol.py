@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
+from tca_bus._log_statements import Statement
 from tca_bus._messages import Broadcast, ModuleLostPolicy, Query, UnhandledPolicy
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._orders import TASK_ID_PATTERN, Order
@@ -206,7 +207,12 @@ class ListTasks(Query[list[TaskStatus]]):
 
 
 class LogEntry(BaseModel):
-    """One line of the task history, from the journal."""
+    """One line of the task history, from the journal.
+
+    ``event`` is a word for scripts, ``text`` a sentence for people, ``statements`` the same in
+    the terms of TCA's log. ``node`` numbers the node in that log, ``root`` is the top-level task
+    above it; ``data`` come with the line that says that it was submitted.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -216,16 +222,27 @@ class LogEntry(BaseModel):
     name: str
     event: str
     text: str
+    root: str = ""
+    node: int | None = None
+    task_class: str = ""
+    data: dict[str, Any] | None = None
+    statements: tuple[Statement, ...] = ()
 
 
 class ReadLog(Query[list[LogEntry]]):
-    """Anybody to central: the history after entry number ``after``, at most ``most`` lines."""
+    """Anybody to central: the history after entry number ``after``, at most ``most`` lines.
+
+    ``after`` below zero counts from the end: the last so many lines. Only those of ``task`` and
+    all below it, of the messages named in ``messages``, and of none in ``ignore``.
+    """
 
     wire_name = "tca.log"
 
     after: int = 0
     most: int = Field(default=1000, ge=1, le=10_000)
     task: str | None = None
+    messages: tuple[str, ...] = Field(default=(), max_length=1000)
+    ignore: tuple[str, ...] = Field(default=(), max_length=1000)
 
 
 class Taken(BaseModel):
