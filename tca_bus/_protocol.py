@@ -18,6 +18,7 @@ from tca_bus._log_statements import Statement
 from tca_bus._messages import Broadcast, ModuleLostPolicy, Query, UnhandledPolicy
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._orders import TASK_ID_PATTERN, Order
+from tca_bus._trace_context import TRACEPARENT_PATTERN
 
 CENTRAL = "central"
 """The name of the module that keeps the task tree."""
@@ -105,7 +106,8 @@ class TaskStatus(BaseModel):
 
     ``sequence`` grows with each change of the node: of two statuses the higher one is newer.
     Times are those of central's clock, seconds since the epoch. ``waiting_for`` says in words
-    what an inactive or pending node waits for.
+    what an inactive or pending node waits for. ``traceparent`` is the W3C trace context that it
+    was sent from.
     """
 
     model_config = ConfigDict(frozen=True, ser_json_inf_nan="constants")
@@ -133,6 +135,7 @@ class TaskStatus(BaseModel):
     started: float | None = None
     ended: float | None = None
     sequence: int
+    traceparent: str | None = None
 
     @property
     def is_ended(self) -> bool:
@@ -167,6 +170,7 @@ class SubmitTask(Query[TaskStatus]):
     priority: int = 0
     on_module_lost: ModuleLostPolicy = "fail"
     on_unhandled: UnhandledPolicy = "fail_parent"
+    traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
     wait_for_handler: float = Field(default=0.0, ge=0)
     within: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     grace: float = Field(default=KILL_GRACE, gt=0, allow_inf_nan=False)

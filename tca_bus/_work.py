@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from tca_bus._context import Context, TaskContext
 from tca_bus._core import Core
-from tca_bus._envelope import handled
+from tca_bus._envelope import begin_handling, handled
 from tca_bus._errors import (
     BusyError,
     ClosedError,
@@ -160,7 +160,7 @@ class TaskWorker:
         context = self.make_context(job.task)
         envelope = handled.get()
         if envelope is not None:
-            handled.set(envelope.model_copy(update={"task": job.task.id}))
+            begin_handling(envelope.model_copy(update={"task": job.task.id}))
         outcome = await self._outcome_of(job, message, handler, context)
         seen = tuple(context.seen_failures)
         job.is_concluded = True
