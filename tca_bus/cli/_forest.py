@@ -20,12 +20,14 @@ class Forest:
     """The nodes that are known, and how they hang together.
 
     ``only`` is the id of the task to keep with all below it, None for all tasks. ``shape``
-    grows whenever nodes came, went, began or ended: what a drawing may remember until then.
+    grows whenever nodes came, went, began or ended, ``version`` with every other change of a
+    state too: what a drawing may remember until then.
     """
 
     only: str | None = None
     most_ended: int = MOST_ENDED
     shape: int = 0
+    version: int = 0
     nodes: dict[str, TaskStatus] = field(default_factory=dict)
     counts: Counter[TaskState] = field(default_factory=Counter)
     _below: dict[str, dict[str, None]] = field(default_factory=dict)
@@ -87,6 +89,7 @@ class Forest:
         self.nodes[status.id] = status
         self.counts[status.state] += 1
         self.shape += 1
+        self.version += 1
         if status.parent in self.nodes:
             self._below.setdefault(status.parent, {})[status.id] = None
         else:
@@ -111,6 +114,7 @@ class Forest:
             return
         self.counts[known.state] -= 1
         self.counts[status.state] += 1
+        self.version += 1
         if status.is_ended:
             self._note_alive(status.id, self._alive[status.id] - 1)
         if status.is_ended or known.state in WAITING:
@@ -143,6 +147,7 @@ class Forest:
             del self._alive[id]
         self._drop_top(top)
         self.shape += 1
+        self.version += 1
 
     def _drop_top(self, id: str) -> None:
         del self._tops[id]

@@ -48,7 +48,7 @@ class Line:
 def node_text(status: TaskStatus, now: float, folded: str = "") -> str:
     """A node in one line; ``now`` is in seconds since the epoch, ``folded`` what is hidden."""
     seconds = max((status.ended or now) - status.created, 0.0)
-    parts = [f"{MARKS[status.state]} {status.name} {status.id}  {status.state}"]
+    parts = [f"{MARKS.get(status.state, '?')} {status.name} {status.id}  {status.state}"]
     parts.append(f"{seconds:.1f} s{folded}")
     if status.handler:
         parts.append(status.handler + (f" (try {status.attempt})" if status.attempt > 1 else ""))
@@ -78,7 +78,8 @@ class TreeView:
     _page: int = 1
     _rows: list[Row] = field(default_factory=list)
     _drawn: tuple[int, bool] = (-1, False)
-    _sums: dict[str, Counter[TaskState]] = field(default_factory=dict)
+    _counted: int = -1
+    _summaries: dict[Row, str] = field(default_factory=dict)
 
     def press(self, key: str) -> None:
         """Scroll by a key, or fold and unfold with ``f``; other keys do nothing."""
@@ -153,30 +154,22 @@ class TreeView:
 
     def _line(self, row: Row, now: float) -> Line:
         if row.id is None:
-            many = self._sum(row.folded)
-            return Line(f"{row.lead}… {many.total():,} more: {counted(many)}")
+            return Line(f"{row.lead}… {self._summary(row).format('more')}")
         status = self.forest.nodes[row.id]
-        folded = ""
-        if row.folded:
-            many = self._sum(row.folded)
-            folded = f"  [{many.total():,} below: {counted(many)}]"
+        folded = f"  [{self._summary(row).format('below')}]" if row.folded else ""
         return Line(row.lead + node_text(status, now, folded), status.state)
 
-    def _sum(self, ids: Sequence[str]) -> Counter[TaskState]:
-        many: Counter[TaskState] = Counter()
-        for id in ids:
-            many.update(self._sum_of(id))
-        return many
-
-    def _sum_of(self, id: str) -> Counter[TaskState]:
-        """The states in a subtree; those of one that has ended are remembered."""
-        if id in self._sums and id in self.forest.nodes:
-            return self._sums[id]
-        nodes = self.forest.nodes
-        found = Counter(nodes[node].state for node in self.forest.subtree(id))
-        if self.forest.has_ended(id):
-            self._sums[id] = found
-        return found
+    def _summary(self, row: Row) -> str:
+        """What is folded into a row, counted anew only when the state of a node changed."""
+        if self._counted != self.forest.version:
+            self._summaries.clear()
+            self._counted = self.forest.version
+        if row not in self._summaries:
+            many: Counter[TaskState] = Counter()
+            for id in row.folded:
+                many.update(self.forest.nodes[node].state for node in self.forest.subtree(id))
+            self._summaries[row] = f"{many.total():,} {{}}: {counted(many)}"
+        return self._summaries[row]
 
     def _scroll_to(self, top: int) -> None:
         rows = self.rows()
@@ -185,8 +178,6 @@ class TreeView:
 
     def _hold_on(self, rows: Sequence[Row]) -> None:
         """Stay at the row that was on top, wherever it is now."""
-        for id in list(self._sums.keys() - self.forest.nodes.keys()):
-            del self._sums[id]
         anchor = self._anchor
         if anchor is not None and self._row_at(rows, self._top) != anchor:
             found = (n for n, row in enumerate(rows) if row.id == anchor.id and row.id)

@@ -29,6 +29,9 @@ QUEUE = 65_536
 LEAST_FRAME = 0.1
 """Wall seconds between two frames."""
 
+DRAWING_SHARE = 0.25
+"""Part of the time that may go into frames while states keep coming."""
+
 TICK = 1.0
 """Wall seconds after which a frame is drawn though nothing changed: the times go on."""
 
@@ -154,6 +157,7 @@ class Screen:
         self._live = Live(console=self._console, screen=True, auto_refresh=False)
         self._bell = asyncio.Event()
         self._quit = False
+        self._pause = LEAST_FRAME
 
     @contextlib.contextmanager
     def shown(self) -> Iterator[None]:
@@ -165,14 +169,16 @@ class Screen:
         """Draw whenever something changed, not more often than a person can follow."""
         while not self._quit:
             self._view.note = _note(feed)
+            begin = time.monotonic()
             self._draw()
+            self._pause = max(LEAST_FRAME, (time.monotonic() - begin) / DRAWING_SHARE)
             self._bell.clear()
             await self._change(feed)
 
     async def _change(self, feed: Feed) -> None:
         """Wait for a key, for states, or for the next tick; states a frame long at least."""
         pressed = asyncio.ensure_future(self._bell.wait())
-        came = asyncio.ensure_future(_gather_changes(feed))
+        came = asyncio.ensure_future(_gather_changes(feed, self._pause))
         try:
             await asyncio.wait({pressed, came}, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -198,9 +204,9 @@ class Screen:
         self._live.update(Group(head, *rows, foot), refresh=True)
 
 
-async def _gather_changes(feed: Feed) -> None:
+async def _gather_changes(feed: Feed, pause: float) -> None:
     if await feed.wait(TICK):
-        await asyncio.sleep(LEAST_FRAME)
+        await asyncio.sleep(pause)
 
 
 def _note(feed: Feed) -> str:

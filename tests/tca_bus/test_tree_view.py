@@ -16,7 +16,7 @@ from test_tca_cli import office
 from tca_bus import TaskState, TaskStatus
 from tca_bus.cli._forest import Forest
 from tca_bus.cli._keyboard import keys_of
-from tca_bus.cli._tree_rows import TreeView
+from tca_bus.cli._tree_rows import MARKS, TreeView
 
 ENDINGS = {"achieved", "failed", "killed"}
 
@@ -95,6 +95,10 @@ def test_every_node_is_in_a_row_or_folded_into_one(says, is_folding):
     folded = [id for row in view.rows() for top in row.folded for id in kept.subtree(top)]
     assert sorted([*shown, *folded]) == sorted(kept.nodes)
     assert is_folding or not folded
+
+
+def test_every_state_has_a_mark():
+    assert set(MARKS) == set(TaskState)
 
 
 def test_only_one_task_and_what_is_below_it_is_kept():
