@@ -20,7 +20,6 @@ from tca_bus._protocol import (
     Taken,
     TaskStatus,
 )
-from tca_bus._trace_context import child_traceparent, node_context
 from tca_bus.tasktree import TOMBSTONE_SECONDS, KillRequested, Reported, Submitted, check_same
 
 if TYPE_CHECKING:
@@ -61,7 +60,6 @@ class Desk:
             check_same(task, ended.name, ended.data)
             return ended
         task = await self._without_history(task)
-        task = self._traced(task)
         await self._central.admit(task)
         # It may have come, and ended, while this one waited.
         if task.id not in self._central.recent:
@@ -144,15 +142,6 @@ class Desk:
         if handler != sender:
             why = f"module {handler!r} handles it, not {sender!r}"
             raise RefusedError(f"the outcome of task {report.id}", why)
-
-    def _traced(self, task: SubmitTask) -> SubmitTask:
-        """Put a task below another into that one's trace."""
-        if task.parent is None or task.parent not in self._central.tree:
-            return task
-        above = self._central.tree.submission(task.parent)
-        parent = node_context(above.id, above.traceparent)
-        traceparent = child_traceparent(task.traceparent, parent)
-        return task.model_copy(update={"traceparent": traceparent})
 
     async def _ended(self, id: str) -> TaskStatus | None:
         """The last status of a task that is not in the tree any more, once it is kept."""

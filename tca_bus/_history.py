@@ -7,33 +7,55 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from datetime import datetime
+from typing import Any, Literal
 
+from tca_bus._attachments import Attachment, Catch, CleanUp, Resolution, Tap
 from tca_bus._failure import Failure
 from tca_bus._log_statements import (
     Answered,
     ConstraintAdded,
     ConstraintWord,
+    DemonFired,
+    IntervalWord,
     KillAwaited,
     MessagePassed,
     MessageWord,
     NodeKilled,
     NodeRef,
+    PointsOrdered,
     Remark,
-    Retried,
+    RetryAsked,
     Statement,
+    TimePoint,
 )
-from tca_bus._protocol import Constraint, Outcome, TaskState, TaskStatus
+from tca_bus._orders import Order, Point, PointRef
+from tca_bus._protocol import Constraint, Outcome, SubmitTask, TaskState, TaskStatus
 from tca_bus.tasktree import (
+    Abandoned,
+    Alarmed,
+    Attached,
+    CaughtFailure,
+    Constrained,
+    Deregistered,
+    Detached,
     Dispatched,
     HandlerLost,
     HandlerMissing,
     KillRequested,
+    Prepared,
+    Prioritized,
     RecordedEvent,
+    Registered,
     Released,
     Reported,
+    Resumed,
+    Retried,
     Submitted,
+    Suspended,
     Taken,
+    Triggered,
+    UncaughtFailure,
 )
 
 
@@ -41,8 +63,8 @@ from tca_bus.tasktree import (
 class NodeFacts:
     """What is known of the node that an event is about, whatever the event.
 
-    ``was_held`` says that it waited for a constraint when it came, ``relatives`` maps the ids
-    of its parent and its previous sibling to them.
+    ``was_held`` says that it waited for a constraint when it came, ``monitor`` is the kind of a
+    monitor, ``nodes`` maps the ids that the event may name to nodes.
     """
 
     node: NodeRef
@@ -50,23 +72,27 @@ class NodeFacts:
     sender: str = "*"
     parent: str | None = None
     was_held: bool = False
-    relatives: Mapping[str, NodeRef] = field(default_factory=dict)
+    monitor: str | None = None
+    nodes: Mapping[str, NodeRef] = field(default_factory=dict)
 
     @property
     def word(self) -> MessageWord:
         """Its class, as TCA writes it."""
-        return _WORDS.get(self.task_class, "Goal")
+        return "PMonitor" if self.monitor == "point" else _WORDS.get(self.task_class, "Goal")
 
     @property
     def parent_number(self) -> int | None:
         """The number of its parent in the log."""
-        known = self.relatives.get(self.parent) if self.parent else None
-        return known.number if known else None
+        return self.named(self.parent).number if self.parent else None
 
     @property
     def resource(self) -> str:
         """Where it waits for a handler."""
         return f"Resource {self.node.name}"
+
+    def named(self, id: str) -> NodeRef:
+        """The node with an id; one that the history does not know goes by that."""
+        return self.nodes.get(id) or NodeRef(name=id)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +109,15 @@ _WORDS: dict[str, MessageWord] = {
     "command": "Command",
     "exception": "Exception",
     "monitor": "IMonitor",
-    "interval_monitor": "IMonitor",
-    "point_monitor": "PMonitor",
+}
+
+_POINTS: dict[Point, tuple[Literal["Start", "End"], IntervalWord]] = {
+    Point.START_HANDLING: ("Start", "Handling"),
+    Point.END_HANDLING: ("End", "Handling"),
+    Point.START_PLANNING: ("Start", "Planning"),
+    Point.END_PLANNING: ("End", "Planning"),
+    Point.START_ACHIEVING: ("Start", "Achievement"),
+    Point.END_ACHIEVING: ("End", "Achievement"),
 }
 
 _SEQUENTIAL: dict[Constraint, ConstraintWord] = {
@@ -109,20 +142,51 @@ def _submitted(event: Submitted, facts: NodeFacts) -> Told:
         destination=facts.resource,
         status="Inactive" if facts.was_held else "Pending",
     )
-    constraints = _constraints(Constraint(task.constraints), event.previous, facts)
+    constraints = _constraints(task, event.previous, facts)
     text = f"{task.task_class} from {task.sender}{below}"
     return Told("submitted", text, (came, *constraints))
 
 
-def _constraints(
-    flags: Constraint, previous: str | None, facts: NodeFacts
-) -> Iterator[ConstraintAdded]:
-    before = facts.relatives.get(previous) if previous else None
-    for flag in flags:
+def _constraints(task: SubmitTask, previous: str | None, facts: NodeFacts) -> Iterator[Statement]:
+    for flag in Constraint(task.constraints):
         if flag in _OWN:
             yield ConstraintAdded(constraint=_OWN[flag], node=facts.node)
-        elif flag in _SEQUENTIAL and before is not None:
+        elif flag in _SEQUENTIAL and previous and previous in facts.nodes:
+            before = facts.named(previous)
             yield ConstraintAdded(constraint=_SEQUENTIAL[flag], node=facts.node, previous=before)
+    for order in task.orders:
+        yield from _ordered(order, facts)
+
+
+def _ordered(order: Order, facts: NodeFacts) -> Iterator[Statement]:
+    """A constraint between points; what TCA has no words for in a remark."""
+    if order.first is not None:
+        first, then = _time_point(order.first, facts), _time_point(order.then, facts)
+        yield PointsOrdered(first=first, relation=order.relation, second=then)
+    if order.first is None or order.delay:
+        yield Remark(text=_order_words(order))
+
+
+def _time_point(ref: PointRef, facts: NodeFacts) -> TimePoint:
+    end, interval = _POINTS[ref.point]
+    return TimePoint(end=end, interval=interval, node=facts.named(ref.task))
+
+
+def _order_words(order: Order) -> str:
+    if order.first is None:
+        when = datetime.fromtimestamp(order.at or 0.0).astimezone()
+        return f"{order.then} not before {when:%Y-%m-%d %H:%M:%S}"
+    later = f" at least {order.delay:g} s" if order.delay else ""
+    return f"{order.then}{later} after {order.first}"
+
+
+def _prepared(event: Prepared, _: NodeFacts) -> Told:
+    text = f"a place for a {event.task_class} from {event.sender}"
+    return Told("prepared", text, (Remark(text=text),))
+
+
+def _constrained(event: Constrained, facts: NodeFacts) -> Told:
+    return Told("constrained", _order_words(event.order), tuple(_ordered(event.order, facts)))
 
 
 def _released(event: Released, _: NodeFacts) -> Told:
@@ -142,7 +206,7 @@ def _dispatched(event: Dispatched, facts: NodeFacts) -> Told:
     if is_first:
         return Told("dispatched", f"to {event.module}", (sent,))
     text = f"to {event.module}, try {event.attempt}"
-    return Told("dispatched", text, (Retried(node=facts.node), sent))
+    return Told("dispatched", text, (RetryAsked(node=facts.node), sent))
 
 
 def _taken(_event: Taken, _: NodeFacts) -> Told:
@@ -153,12 +217,99 @@ def _reported(event: Reported, facts: NodeFacts) -> Told:
     why = _why(event.failure)
     match event.outcome:
         case Outcome.SUCCESS:
-            return Told("handled", why, (Answered(word="Success", node=facts.node),))
+            return Told("handled", why, tuple(_succeeded(event.resolution, facts)))
         case Outcome.FAILURE:
             module = (event.failure.module if event.failure else None) or "*"
             return Told("handler failed", why, _failed(facts, module, why))
         case Outcome.KILLED:
             return Told("handler stopped", why, (Remark(text="its handler stopped"),))
+
+
+def _succeeded(decided: Resolution | None, facts: NodeFacts) -> Iterator[Statement]:
+    """The end of a handler; that of an exception handler has decided something."""
+    if decided is not None and decided.action == "bypass":
+        yield MessagePassed(word="ByPass", node=facts.node, status="Completed")
+        return
+    yield Answered(word="Success", node=facts.node)
+    if decided is not None:
+        of = f" {facts.named(decided.task).name}" if decided.task else ""
+        yield Remark(text=f"it decided: {decided.action}{of}")
+
+
+def _abandoned(_event: Abandoned, _: NodeFacts) -> Told:
+    text = "its handler did not stop in time and is waited for no longer"
+    return Told("abandoned", text, (Remark(text=text),))
+
+
+def _alarmed(event: Alarmed, _: NodeFacts) -> Told:
+    text = "its deadline has passed" if event.key == "deadline" else "a time has come"
+    return Told("time came", text, (Remark(text=text),))
+
+
+def _suspended(_event: Suspended, _: NodeFacts) -> Told:
+    return Told("suspended", "", (Remark(text="suspended"),))
+
+
+def _resumed(_event: Resumed, _: NodeFacts) -> Told:
+    return Told("resumed", "", (Remark(text="resumed"),))
+
+
+def _prioritized(event: Prioritized, _: NodeFacts) -> Told:
+    text = f"priority {event.priority}"
+    return Told("prioritized", text, (Remark(text=text),))
+
+
+def _retried(_event: Retried, facts: NodeFacts) -> Told:
+    return Told("retried", "handled again from the start", (RetryAsked(node=facts.node),))
+
+
+def _triggered(event: Triggered, facts: NodeFacts) -> Told:
+    text = f"its condition holds, number {event.number} of attempt {event.attempt}"
+    if facts.monitor != "demon":
+        return Told("triggered", text, (Remark(text=text),))
+    fired = DemonFired(
+        number=facts.node.number, source=facts.node.name, destination="central", status="Sent"
+    )
+    return Told("triggered", text, (fired,))
+
+
+def _caught(event: CaughtFailure, facts: NodeFacts) -> Told:
+    context = facts.named(event.context).name
+    text = f"{event.catch.handler}, found on {context}, takes its failure"
+    return Told("failure caught", text, (Remark(text=text),))
+
+
+def _uncaught(_event: UncaughtFailure, _: NodeFacts) -> Told:
+    text = "no exception handler takes its failure"
+    return Told("failure not caught", text, (Remark(text=text),))
+
+
+def _attached(event: Attached, _: NodeFacts) -> Told:
+    text = _attachment_words(event.what)
+    return Told("attached", text, (Remark(text=f"attached: {text}"),))
+
+
+def _detached(event: Detached, _: NodeFacts) -> Told:
+    return Told("detached", event.attachment, (Remark(text=f"detached: {event.attachment}"),))
+
+
+def _registered(event: Registered, _: NodeFacts) -> Told:
+    text = f"{_attachment_words(event.what)} on all {event.message}"
+    return Told("registered", text, (Remark(text=f"registered: {text}"),))
+
+
+def _deregistered(event: Deregistered, _: NodeFacts) -> Told:
+    return Told("deregistered", event.id, (Remark(text=f"deregistered: {event.id}"),))
+
+
+def _attachment_words(what: Attachment) -> str:
+    match what:
+        case Tap():
+            return f"tap {what.condition.value} to {what.listener.name}"
+        case Catch():
+            return f"exception handler {what.handler} for {what.exception}"
+        case CleanUp():
+            return f"clean-up {what.sending.name}"
 
 
 def _kill_requested(event: KillRequested, facts: NodeFacts) -> Told:
@@ -191,6 +342,21 @@ TELLERS: dict[type[RecordedEvent], Teller] = {
     KillRequested: _kill_requested,
     HandlerLost: _handler_lost,
     HandlerMissing: _handler_missing,
+    Prepared: _prepared,
+    Constrained: _constrained,
+    Abandoned: _abandoned,
+    Alarmed: _alarmed,
+    Suspended: _suspended,
+    Resumed: _resumed,
+    Prioritized: _prioritized,
+    Retried: _retried,
+    Triggered: _triggered,
+    CaughtFailure: _caught,
+    UncaughtFailure: _uncaught,
+    Attached: _attached,
+    Detached: _detached,
+    Registered: _registered,
+    Deregistered: _deregistered,
 }
 """What tells of each kind of event."""
 

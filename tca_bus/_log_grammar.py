@@ -25,7 +25,7 @@ from tca_bus._log_statements import (
     PointsOrdered,
     Remark,
     Replied,
-    Retried,
+    RetryAsked,
     Statement,
     TimePoint,
 )
@@ -83,7 +83,7 @@ def lines_of(statement: Statement, time: float, letters: Letters) -> Iterator[st
             yield _remark_line(statement.text)
         return
     line = _Writer(letters).line(statement)
-    untimed = isinstance(statement, PointsOrdered | ConstraintAdded | Retried)
+    untimed = isinstance(statement, PointsOrdered | ConstraintAdded | RetryAsked)
     yield line if untimed or "t" not in letters else f"{line}  {_clock(time)}"
 
 
@@ -112,7 +112,7 @@ class _Writer:
             case Replied():
                 way = f"{_place(said.source)} --> {_place(said.destination)}"
                 return f"  {'Reply':<8} {self._node(said.node)}: {way}{self._parent(said.parent)}"
-            case Retried():
+            case RetryAsked():
                 return f"  {'Retry':<8} {self._node(said.node)}"
             case DemonFired():
                 way = f"{_place(said.source)}{self._parent(said.parent)} --> "
@@ -168,7 +168,7 @@ class _Writer:
 
 
 def _letter_of(statement: Statement) -> str:
-    is_status = isinstance(statement, Answered | Replied | Retried | NodeKilled | KillAwaited)
+    is_status = isinstance(statement, Answered | Replied | RetryAsked | NodeKilled | KillAwaited)
     return "s" if is_status else "m"
 
 

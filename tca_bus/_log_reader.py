@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +15,9 @@ from tca_bus.tasktree import RecordedEvent
 END = "Ended"
 """Kind of the line that says how a node ended; it is no input of the tree."""
 
-FIRST = "Submitted"
-"""Kind of the first line of a node; its number is the node's number in the log."""
+SENT = "Submitted"
+BEGINNINGS = (SENT, "Prepared")
+"""Kinds of the lines that tell of a node; the number of the first is the node's in the log."""
 
 AT_ONCE = 500
 """Ids in one look-up; SQLite bounds the values of a statement."""
@@ -25,17 +26,13 @@ Rows = Callable[..., Awaitable[list[Any]]]
 Decode = Callable[[int, str, str], RecordedEvent]
 
 
-@dataclass(frozen=True, slots=True)
-class _First:
-    """What the first line of a node says."""
+@dataclass(slots=True)
+class _Known:
+    """What the first lines of a node say."""
 
     node: NodeRef
     task: dict[str, Any]
-    previous: str | None
     is_held: bool
-
-    def relatives(self) -> list[str]:
-        return [id for id in (self.task.get("parent"), self.previous) if id]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,34 +53,39 @@ class LogReader:
             after = await self._before_last(-after, where, values)
         query = f"SELECT * FROM events WHERE number > ?{where} ORDER BY number LIMIT ?"  # noqa: S608
         found = await self.rows(query, after, *values, question.most)
-        known = await self._firsts(row[3] for row in found)
-        missing = {id for first in known.values() for id in first.relatives()} - set(known)
-        known |= await self._firsts(missing)
-        return [self._entry(row, known) for row in found]
+        bodies = [json.loads(row[6]) for row in found]
+        ids = {row[3] for row in found} | {id for body in bodies for id in _ids_in(body)}
+        known = await self._known(ids)
+        parents = {one.task["parent"] for one in known.values() if one.task.get("parent")}
+        known |= await self._known(parents - known.keys())
+        return [self._entry(*pair, known) for pair in zip(found, bodies, strict=True)]
 
     async def _before_last(self, count: int, where: str, values: Sequence[Any]) -> int:
         query = f"SELECT number FROM events WHERE 1{where} ORDER BY number DESC LIMIT 1 OFFSET ?"  # noqa: S608
         rows = await self.rows(query, *values, count)
         return int(rows[0][0]) if rows else 0
 
-    async def _firsts(self, ids: Iterable[str]) -> dict[str, _First]:
-        wanted = list(dict.fromkeys(ids))
-        known: dict[str, _First] = {}
+    async def _known(self, ids: Collection[str]) -> dict[str, _Known]:
+        wanted = sorted(ids)
+        known: dict[str, _Known] = {}
         for start in range(0, len(wanted), AT_ONCE):
             part = wanted[start : start + AT_ONCE]
             query = (
-                "SELECT task, min(number), name, body FROM events "  # noqa: S608
-                f"WHERE kind = ? AND task IN ({_marks(part)}) GROUP BY task"
+                "SELECT task, number, name, body FROM events WHERE kind IN (?, ?) "  # noqa: S608
+                f"AND task IN ({_marks(part)}) ORDER BY number"
             )
-            for task, number, name, body in await self.rows(query, FIRST, *part):
-                known[task] = _first(number, name, json.loads(body))
+            for task, number, name, body in await self.rows(query, *BEGINNINGS, *part):
+                told = json.loads(body)
+                one = known.setdefault(task, _Known(NodeRef(name=name, number=number), {}, False))
+                one.task, one.is_held = told.get("task", told), bool(told.get("waits"))
         return known
 
-    def _entry(self, row: Sequence[Any], known: dict[str, _First]) -> LogEntry:
-        number, when, root, task, name, kind, body = row
-        first = known.get(task) or _First(NodeRef(name=name), {}, None, is_held=False)
-        facts = _facts(first, known)
-        told = self._tell(number, kind, body, facts)
+    def _entry(
+        self, row: Sequence[Any], body: dict[str, Any], known: dict[str, _Known]
+    ) -> LogEntry:
+        number, when, root, task, name, kind, text = row
+        facts = _facts(task, name, known)
+        told = self._tell(number, kind, text, facts)
         return LogEntry(
             number=number,
             time=when,
@@ -94,7 +96,7 @@ class LogReader:
             root=root,
             node=facts.node.number,
             task_class=facts.task_class,
-            data=first.task.get("data") if kind == FIRST else None,
+            data=body["task"].get("data") if kind == SENT else None,
             statements=told.statements,
         )
 
@@ -122,21 +124,31 @@ def _marks(values: Sequence[str]) -> str:
     return ", ".join("?" * len(values))
 
 
-def _first(number: int, name: str, body: dict[str, Any]) -> _First:
-    return _First(
-        NodeRef(name=name, number=number),
-        body["task"],
-        body.get("previous"),
-        is_held=bool(body.get("waits")),
-    )
+def _ids_in(body: dict[str, Any]) -> Iterator[str]:
+    """The ids of other nodes that an event names."""
+    task = body.get("task")
+    orders = [body.get("order")]
+    if isinstance(task, dict):
+        orders += task.get("orders", ())
+    for order in orders:
+        for point in ("first", "then"):
+            named = (order or {}).get(point)
+            if named:
+                yield named["task"]
+    for field in ("previous", "context", "parent"):
+        if body.get(field):
+            yield body[field]
 
 
-def _facts(first: _First, known: dict[str, _First]) -> NodeFacts:
+def _facts(task: str, name: str, known: dict[str, _Known]) -> NodeFacts:
+    one = known.get(task) or _Known(NodeRef(name=name or "*"), {}, is_held=False)
+    monitor = one.task.get("monitor")
     return NodeFacts(
-        node=first.node,
-        task_class=first.task.get("task_class", "goal"),
-        sender=first.task.get("sender", "*"),
-        parent=first.task.get("parent"),
-        was_held=first.is_held,
-        relatives={id: known[id].node for id in first.relatives() if id in known},
+        node=one.node,
+        task_class=one.task.get("task_class", "goal"),
+        sender=one.task.get("sender", "*"),
+        parent=one.task.get("parent"),
+        was_held=one.is_held,
+        monitor=monitor["kind"] if monitor else None,
+        nodes={id: other.node for id, other in known.items()},
     )

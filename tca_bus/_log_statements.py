@@ -19,6 +19,7 @@ Situation = Literal[
     "when submessages complete",
     "when all references to it are released",
 ]
+IntervalWord = Literal["Handling", "Planning", "Achievement"]
 ConstraintWord = Literal[
     "SEQUENTIAL ACHIEVEMENT", "SEQUENTIAL PLANNING", "DELAY PLANNING", "PLAN FIRST"
 ]
@@ -39,7 +40,7 @@ class TimePoint(_Said):
     """The start or the end of an interval of a node."""
 
     end: Literal["Start", "End"]
-    interval: Literal["Handling", "Planning", "Achievement"]
+    interval: IntervalWord
     node: NodeRef
 
 
@@ -79,7 +80,7 @@ class Replied(_Said):
     parent: int | None = None
 
 
-class Retried(_Said):
+class RetryAsked(_Said):
     """A node is handled again."""
 
     says: Literal["retried"] = "retried"
@@ -142,7 +143,7 @@ Statement = Annotated[
     MessagePassed
     | Answered
     | Replied
-    | Retried
+    | RetryAsked
     | DemonFired
     | NodeKilled
     | KillAwaited

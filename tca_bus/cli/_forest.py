@@ -51,16 +51,18 @@ class Forest:
         return True
 
     def replace(self, statuses: Iterable[TaskStatus], *, keep: Collection[str] = ()) -> None:
-        """Take in all that there is: nodes that are not named are gone, but for ``keep``.
+        """Take in all that there is: what is not named has ended unseen, but for ``keep``.
 
-        Top-level tasks that ended stay, whether they are named or not.
+        It is gone with all below it. Nodes whose end was seen stay, named or not.
         """
         listed = {status.id: status for status in statuses}
         for status in listed.values():
             self.take(status)
         kept = listed.keys() | set(keep)
-        for top in [id for id in self._tops if id not in kept and not self.has_ended(id)]:
-            self._remove(top)
+        gone = [id for id, node in self.nodes.items() if not node.is_ended and id not in kept]
+        for id in gone:
+            if id in self.nodes:
+                self._remove(id)
 
     def tops(self) -> list[str]:
         """The nodes without a parent here, oldest first."""
@@ -141,11 +143,16 @@ class Forest:
             self._remove(oldest)
 
     def _remove(self, top: str) -> None:
+        self._note_alive(top, 0)
+        parent = self.nodes[top].parent
         for id in list(self.subtree(top)):
             self.counts[self.nodes.pop(id).state] -= 1
             self._below.pop(id, None)
             del self._alive[id]
-        self._drop_top(top)
+        if top in self._tops:
+            self._drop_top(top)
+        elif parent is not None:
+            del self._below[parent][top]
         self.shape += 1
         self.version += 1
 

@@ -11,24 +11,44 @@ from hypothesis import strategies as st
 from tca_log_grammar import parse
 
 from tca_bus import ConfigError, Failure
-from tca_bus._history import TELLERS
+from tca_bus._attachments import Catch, CleanUp, Resolution, Tap
+from tca_bus._history import TELLERS, NodeFacts, tell_event
 from tca_bus._journal import Journal
 from tca_bus._log_grammar import LETTERS, Letters, grammar_name, lines_of
 from tca_bus._log_statements import MessagePassed, NodeRef, PointsOrdered, Statement, TimePoint
+from tca_bus._orders import Order, Point
 from tca_bus._protocol import Constraint, LogEntry, Outcome, ReadLog, SubmitTask
 from tca_bus.cli._history import entry_lines, summary_lines
 from tca_bus.tasktree import (
-    Ended,
+    Abandoned,
+    Alarmed,
+    Attached,
+    CaughtFailure,
+    Constrained,
+    Deregistered,
+    Detached,
+    Dispatched,
+    HandlerLost,
+    HandlerMissing,
     KillRequested,
+    Prepared,
+    Prioritized,
     ProviderAppeared,
     ProviderLost,
     Publish,
     Record,
     RecordedEvent,
+    Registered,
+    Released,
     Reported,
+    Resumed,
+    Retried,
     Submitted,
+    Suspended,
     Taken,
     Tree,
+    Triggered,
+    UncaughtFailure,
 )
 
 SHAPES = get_args(get_args(Statement)[0])
@@ -84,8 +104,90 @@ def test_the_grammar_of_the_tests_refuses_other_lines(line):
         parse(line)
 
 
+def order(first, then, **facts):
+    ends = {"first": {"task": "b", "point": first}} if first else {}
+    return Order.model_validate({**ends, "then": {"task": "a", "point": then}, **facts})
+
+
+LISTENER = {"name": "look", "task_class": "command"}
+TAP = Tap(id="t", condition="BeforeHandling", listener=LISTENER)
+CATCH = Catch(id="c", handler="ask", exception="door_blocked")
+CLEAN_UP = CleanUp(id="u", sending=LISTENER)
+TASK = SubmitTask(
+    id="a",
+    name="go",
+    task_class="goal",
+    data={},
+    sender="rogue",
+    orders=(order(Point.END_HANDLING, Point.START_PLANNING, delay=2.0),),
+)
+
+EVENTS = [
+    Submitted(1.0, TASK, previous="b"),
+    Prepared(1.0, "a", "go", "goal", "rogue"),
+    Constrained(1.0, order(Point.END_ACHIEVING, Point.START_HANDLING)),
+    Constrained(1.0, order(None, Point.START_HANDLING, at=1e9)),
+    Released(1.0, "a", "b", Point.END_ACHIEVING),
+    Dispatched(1.0, "a", 1, "robot", "r1"),
+    Dispatched(1.0, "a", 2, "robot", "r1"),
+    Taken(1.0, "a", 1),
+    Reported(1.0, "a", 1, Outcome.SUCCESS, resolution=Resolution(action="bypass")),
+    Reported(1.0, "a", 1, Outcome.SUCCESS, resolution=Resolution(action="retry", task="b")),
+    Reported(1.0, "a", 1, Outcome.KILLED),
+    Reported(1.0, "a", 1, Outcome.FAILURE, failure=Failure(name="lost", text="it is lost")),
+    Abandoned(1.0, "a", 1),
+    Alarmed(1.0, "a", "deadline"),
+    Suspended(1.0, "a"),
+    Resumed(1.0, "a"),
+    Prioritized(1.0, "a", 3),
+    Retried(1.0, "a"),
+    Triggered(1.0, "a", 1, 2),
+    CaughtFailure(1.0, "a", CATCH, "b", 1),
+    UncaughtFailure(1.0, "a"),
+    Attached(1.0, "a", TAP),
+    Attached(1.0, "a", CATCH),
+    Attached(1.0, "a", CLEAN_UP),
+    Detached(1.0, "a", "t"),
+    Registered(1.0, "go", TAP),
+    Deregistered(1.0, "t"),
+    KillRequested(1.0, "a", "enough"),
+    KillRequested(1.0, "a", "enough", only_below=True),
+    HandlerLost(1.0, "a", 1, "robot"),
+    HandlerMissing(1.0, "a"),
+]
+
+
 def test_every_kind_of_recorded_event_is_told():
-    assert set(TELLERS) == set(get_args(RecordedEvent))
+    kinds = set(get_args(RecordedEvent))
+    assert set(TELLERS) == kinds
+    assert {type(event) for event in EVENTS} == kinds
+
+
+@pytest.mark.parametrize("monitor", [None, "point", "polling", "demon"])
+@pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
+def test_every_event_has_a_word_and_lines_in_the_grammar(event, monitor):
+    nodes = {"a": NodeRef(name="go", number=1), "b": NodeRef(name="tca.look", number=2)}
+    facts = NodeFacts(node=nodes["a"], monitor=monitor, parent="b", nodes=nodes)
+    told = tell_event(event, facts)
+    assert told.event
+    lines = [
+        line for said in told.statements for line in lines_of(said, 1.0, Letters.parse("mstrp"))
+    ]
+    assert lines
+    for line in lines:
+        parse(line)
+
+
+def test_constraints_between_points_are_told_as_tca_does():
+    nodes = {"a": NodeRef(name="go", number=1), "b": NodeRef(name="look", number=2)}
+    facts = NodeFacts(node=nodes["a"], nodes=nodes)
+    delayed = order(Point.END_ACHIEVING, Point.START_HANDLING, delay=5.0)
+    told = tell_event(Constrained(1.0, delayed), facts)
+    lines = [line for said in told.statements for line in lines_of(said, 1.0, Letters.parse("msr"))]
+    assert lines == [
+        "   Asserting End(Achievement(look)) {2} <= Start(Handling(go)) {1}",
+        "    start of handling of a at least 5 s after end of achievement of b",
+    ]
 
 
 @settings(deadline=None, max_examples=60)
@@ -139,7 +241,7 @@ class Teller:
         await self.journal.write(
             [effect for effect in effects if isinstance(effect, Record)],
             [e.status for e in effects if isinstance(e, Publish) and e.status.is_ended],
-            [effect for effect in effects if isinstance(effect, Ended)],
+            [],
         )
 
     async def submit(self, id, name, task_class, time, **facts):

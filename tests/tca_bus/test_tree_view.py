@@ -121,6 +121,12 @@ def test_what_is_not_listed_any_more_is_gone_unless_it_came_meanwhile():
     kept = forest(status("a"), status("b", "a"), status("c"), status("d", None, "failed"))
     kept.replace([status("e")], keep={"c"})
     assert sorted(kept.nodes) == ["c", "d", "e"]
+    kept.replace([status("e"), status("f", "e"), status("g", "f")])
+    kept.replace([status("e")])
+    assert sorted(kept.nodes) == ["d", "e"]
+    assert not kept.has_ended("e")
+    kept.take(status("e", None, "achieved", 2))
+    assert kept.has_ended("e")
 
 
 def test_tasks_that_ended_are_folded_with_a_summary():
