@@ -6,8 +6,7 @@ Each kind of event has a teller in `TELLERS`; a new kind needs one there and not
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
-from datetime import datetime
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from tca_bus._attachments import Attachment, Catch, CleanUp, Resolution, Tap
@@ -51,6 +50,7 @@ from tca_bus.tasktree import (
     Reported,
     Resumed,
     Retried,
+    Role,
     Submitted,
     Suspended,
     Taken,
@@ -131,9 +131,12 @@ _OWN: dict[Constraint, ConstraintWord] = {
 }
 
 
+def _remarked(event: str, text: str) -> Told:
+    """Something that TCA's log has no words for."""
+    return Told(event, text, (Remark(text=f"{event}: {text}"),))
+
+
 def _submitted(event: Submitted, facts: NodeFacts) -> Told:
-    task = event.task
-    below = f", below {task.parent}" if task.parent else ""
     came = MessagePassed(
         word=facts.word,
         node=facts.node,
@@ -142,9 +145,15 @@ def _submitted(event: Submitted, facts: NodeFacts) -> Told:
         destination=facts.resource,
         status="Inactive" if facts.was_held else "Pending",
     )
-    constraints = _constraints(task, event.previous, facts)
-    text = f"{task.task_class} from {task.sender}{below}"
-    return Told("submitted", text, (came, *constraints))
+    constraints = _constraints(event.task, event.previous, facts)
+    return Told("submitted", _origin_words(event), (came, *constraints))
+
+
+def _origin_words(event: Submitted) -> str:
+    task = event.task
+    below = f", below {task.parent}" if task.parent else ""
+    role = "" if event.origin.role is Role.STEP else f", as {event.origin.role} of {task.parent}"
+    return f"{task.task_class} from {task.sender}{role or below}"
 
 
 def _constraints(task: SubmitTask, previous: str | None, facts: NodeFacts) -> Iterator[Statement]:
@@ -164,7 +173,7 @@ def _ordered(order: Order, facts: NodeFacts) -> Iterator[Statement]:
         first, then = _time_point(order.first, facts), _time_point(order.then, facts)
         yield PointsOrdered(first=first, relation=order.relation, second=then)
     if order.first is None or order.delay:
-        yield Remark(text=_order_words(order))
+        yield Remark(text=str(order))
 
 
 def _time_point(ref: PointRef, facts: NodeFacts) -> TimePoint:
@@ -172,26 +181,16 @@ def _time_point(ref: PointRef, facts: NodeFacts) -> TimePoint:
     return TimePoint(end=end, interval=interval, node=facts.named(ref.task))
 
 
-def _order_words(order: Order) -> str:
-    if order.first is None:
-        when = datetime.fromtimestamp(order.at or 0.0).astimezone()
-        return f"{order.then} not before {when:%Y-%m-%d %H:%M:%S}"
-    later = f" at least {order.delay:g} s" if order.delay else ""
-    return f"{order.then}{later} after {order.first}"
-
-
 def _prepared(event: Prepared, _: NodeFacts) -> Told:
-    text = f"a place for a {event.task_class} from {event.sender}"
-    return Told("prepared", text, (Remark(text=text),))
+    return _remarked("prepared", f"by {event.sender}")
 
 
 def _constrained(event: Constrained, facts: NodeFacts) -> Told:
-    return Told("constrained", _order_words(event.order), tuple(_ordered(event.order, facts)))
+    return Told("constrained", str(event.order), tuple(_ordered(event.order, facts)))
 
 
 def _released(event: Released, _: NodeFacts) -> Told:
-    text = f"{event.point.value} of {event.previous}"
-    return Told("released", text, (Remark(text=f"released by {text}"),))
+    return _remarked("released", f"{event.point.value} of {event.previous}")
 
 
 def _dispatched(event: Dispatched, facts: NodeFacts) -> Told:
@@ -210,7 +209,7 @@ def _dispatched(event: Dispatched, facts: NodeFacts) -> Told:
 
 
 def _taken(_event: Taken, _: NodeFacts) -> Told:
-    return Told("started", "its handler has it", (Remark(text="its handler has it"),))
+    return _remarked("started", "its handler has it")
 
 
 def _reported(event: Reported, facts: NodeFacts) -> Told:
@@ -237,79 +236,71 @@ def _succeeded(decided: Resolution | None, facts: NodeFacts) -> Iterator[Stateme
 
 
 def _abandoned(_event: Abandoned, _: NodeFacts) -> Told:
-    text = "its handler did not stop in time and is waited for no longer"
-    return Told("abandoned", text, (Remark(text=text),))
+    return _remarked("abandoned", "its handler did not stop in time")
 
 
 def _alarmed(event: Alarmed, _: NodeFacts) -> Told:
-    text = "its deadline has passed" if event.key == "deadline" else "a time has come"
-    return Told("time came", text, (Remark(text=text),))
+    return _remarked("time has come", event.key)
 
 
 def _suspended(_event: Suspended, _: NodeFacts) -> Told:
-    return Told("suspended", "", (Remark(text="suspended"),))
+    return _remarked("suspended", "and all below it")
 
 
 def _resumed(_event: Resumed, _: NodeFacts) -> Told:
-    return Told("resumed", "", (Remark(text="resumed"),))
+    return _remarked("resumed", "and all below it")
 
 
 def _prioritized(event: Prioritized, _: NodeFacts) -> Told:
-    text = f"priority {event.priority}"
-    return Told("prioritized", text, (Remark(text=text),))
+    return _remarked("prioritized", f"to {event.priority}")
 
 
 def _retried(_event: Retried, facts: NodeFacts) -> Told:
-    return Told("retried", "handled again from the start", (RetryAsked(node=facts.node),))
+    return Told("retried", "from the start", (RetryAsked(node=facts.node),))
 
 
 def _triggered(event: Triggered, facts: NodeFacts) -> Told:
-    text = f"its condition holds, number {event.number} of attempt {event.attempt}"
+    told = _remarked("triggered", f"for the {event.number}. time")
     if facts.monitor != "demon":
-        return Told("triggered", text, (Remark(text=text),))
+        return told
     fired = DemonFired(
         number=facts.node.number, source=facts.node.name, destination="central", status="Sent"
     )
-    return Told("triggered", text, (fired,))
+    return replace(told, statements=(fired,))
 
 
-def _caught(event: CaughtFailure, facts: NodeFacts) -> Told:
-    context = facts.named(event.context).name
-    text = f"{event.catch.handler}, found on {context}, takes its failure"
-    return Told("failure caught", text, (Remark(text=text),))
+def _caught(event: CaughtFailure, _: NodeFacts) -> Told:
+    return _remarked("caught", f"by {event.catch.handler}, which is on {event.context}")
 
 
 def _uncaught(_event: UncaughtFailure, _: NodeFacts) -> Told:
-    text = "no exception handler takes its failure"
-    return Told("failure not caught", text, (Remark(text=text),))
+    return _remarked("uncaught", "no exception handler takes the failure")
 
 
 def _attached(event: Attached, _: NodeFacts) -> Told:
-    text = _attachment_words(event.what)
-    return Told("attached", text, (Remark(text=f"attached: {text}"),))
+    return _remarked("attached", _attachment_words(event.what))
 
 
 def _detached(event: Detached, _: NodeFacts) -> Told:
-    return Told("detached", event.attachment, (Remark(text=f"detached: {event.attachment}"),))
+    return _remarked("detached", event.attachment)
 
 
 def _registered(event: Registered, _: NodeFacts) -> Told:
-    text = f"{_attachment_words(event.what)} on all {event.message}"
-    return Told("registered", text, (Remark(text=f"registered: {text}"),))
+    return _remarked("registered", f"{_attachment_words(event.what)} on {event.message}")
 
 
 def _deregistered(event: Deregistered, _: NodeFacts) -> Told:
-    return Told("deregistered", event.id, (Remark(text=f"deregistered: {event.id}"),))
+    return _remarked("deregistered", event.id)
 
 
 def _attachment_words(what: Attachment) -> str:
     match what:
         case Tap():
-            return f"tap {what.condition.value} to {what.listener.name}"
+            return f"tap {what.id}, {what.condition} to {what.listener.name}"
         case Catch():
-            return f"exception handler {what.handler} for {what.exception}"
+            return f"catch {what.id}, {what.exception} by {what.handler}"
         case CleanUp():
-            return f"clean-up {what.sending.name}"
+            return f"clean-up {what.id}, {what.sending.name}"
 
 
 def _kill_requested(event: KillRequested, facts: NodeFacts) -> Told:
@@ -322,8 +313,7 @@ def _kill_requested(event: KillRequested, facts: NodeFacts) -> Told:
 
 
 def _handler_lost(event: HandlerLost, _: NodeFacts) -> Told:
-    text = f"module {event.module} is gone"
-    return Told("handler lost", text, (Remark(text=text),))
+    return _remarked("handler lost", f"module {event.module} is gone")
 
 
 def _handler_missing(_event: HandlerMissing, facts: NodeFacts) -> Told:

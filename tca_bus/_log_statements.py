@@ -6,9 +6,9 @@ writes them.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 MessageWord = Literal[
     "Query", "Goal", "Command", "Inform", "Broadcast", "Exception", "IMonitor", "PMonitor", "ByPass"
@@ -124,12 +124,22 @@ class PointsOrdered(_Said):
 
 
 class ConstraintAdded(_Said):
-    """One of TCA's four constraints; the sequential ones stand between two nodes."""
+    """One of TCA's four constraints; the sequential ones stand between two nodes.
+
+    Raises:
+        ValidationError: A sequential one has no ``previous`` node, or another has one.
+    """
 
     says: Literal["added"] = "added"
     constraint: ConstraintWord
     node: NodeRef
     previous: NodeRef | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.constraint.startswith("SEQUENTIAL") != (self.previous is not None):
+            raise ValueError(f"previous: {self.constraint} got {self.previous}")
+        return self
 
 
 class Remark(_Said):
