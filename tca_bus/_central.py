@@ -12,7 +12,7 @@ import logging
 import os
 import time
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -83,6 +83,8 @@ class Central:
     Args:
         options: How to join the bus.
         data: The folder of ``central.db``; None keeps the journal in memory.
+        on_end: Called with the last status of each node, once it is in the journal and at most
+            once, also over restarts.
 
     Raises:
         RefusedError: on entering, there is a central on the realm already.
@@ -90,13 +92,20 @@ class Central:
         BusGoneError: on entering, there is no router.
     """
 
-    def __init__(self, options: BusOptions | None = None, *, data: Path | None = None) -> None:
+    def __init__(
+        self,
+        options: BusOptions | None = None,
+        *,
+        data: Path | None = None,
+        on_end: Callable[[TaskStatus], None] = lambda _: None,
+    ) -> None:
         self.options = options or BusOptions()
         self.module = Module(NAME, options=self.options)
         self.journal = Journal(data / "central.db" if data is not None else None)
         self.tree = Tree()
         self.recent: OrderedDict[str, TaskStatus] = OrderedDict()
         self.ready = asyncio.Event()
+        self._on_end = on_end
         self._post = Post(self)
         self._alarms = Alarms(self)
         self._desk = Desk(self)
@@ -325,6 +334,8 @@ class Central:
             match effect:
                 case Publish(status=status):
                     self.module.publish_status(status)
+                    if status.is_ended:
+                        self._on_end(status)
                 case Dispatch():
                     self._post.dispatch(effect)
                 case Cancel():

@@ -104,8 +104,7 @@ class Desk:
     async def log(self, question: ReadLog, _: Context) -> list[LogEntry]:
         """Lines of the history."""
         await self._central.committed()
-        journal = self._central.journal
-        return await journal.read_log(question.after, question.most, question.task)
+        return await self._central.journal.read_log(question)
 
     async def report(self, report: ReportOutcome, context: Context) -> Taken:
         """Take the end of a handler; one that comes twice or too late changes nothing."""

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any
 
+from tca_bus._envelope import Envelope, handled
 from tca_bus._errors import (
     BusGoneError,
     BusyError,
@@ -21,6 +22,7 @@ from tca_bus._errors import (
 from tca_bus._failure import Failure
 from tca_bus._presence import PresentModule
 from tca_bus._protocol import CancelTask, HandleTask, Outcome
+from tca_bus._trace_context import node_context
 from tca_bus.tasktree import Abandoned, Cancel, Dispatch, Reported, Taken, Tell
 
 if TYPE_CHECKING:
@@ -128,6 +130,8 @@ class Post:
 
     async def _give(self, order: Dispatch, target: PresentModule) -> bool:
         node = self._central.tree.node(order.id)
+        span = node_context(order.id, node.task.traceparent)
+        handled.set(Envelope(id=order.id, traceparent=str(span)))
         facts = {name: getattr(node.task, name) for name in HANDED_ON}
         try:
             task = HandleTask(attempt=order.attempt, retries=node.retries, **facts)

@@ -9,15 +9,15 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._problems import problems_of
-
-TRACEPARENT_PATTERN = r"^[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}$"
+from tca_bus._trace_context import TRACEPARENT_PATTERN, active_traceparent, adopt
 
 
 class Envelope(BaseModel):
     """The attachment, as JSON.
 
     ``sender`` is the sending incarnation; who it is stands in the key. ``task`` is the task in
-    whose handler the message was sent, ``traceparent`` the W3C trace context.
+    whose handler the message was sent, ``traceparent`` the W3C trace context: the span that it
+    was sent from, None when there is none.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -39,7 +39,7 @@ def new_envelope(sender: str) -> Envelope:
         id=secrets.token_hex(12),
         sender=sender,
         task=inside.task if inside else None,
-        traceparent=_next_traceparent(inside.traceparent if inside else None),
+        traceparent=sending_traceparent(),
     )
 
 
@@ -57,6 +57,13 @@ def read_envelope(attachment: bytes | None) -> Envelope:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 
 
-def _next_traceparent(parent: str | None) -> str:
-    trace = parent.split("-")[1] if parent else secrets.token_hex(16)
-    return f"00-{trace}-{secrets.token_hex(8)}-01"
+def begin_handling(envelope: Envelope) -> None:
+    """Let what the running task of the loop sends from here on go on from a message."""
+    handled.set(envelope)
+    adopt(envelope.traceparent)
+
+
+def sending_traceparent() -> str | None:
+    """The span that what is sent now is sent from: the active one, or that of the handled task."""
+    inside = handled.get()
+    return active_traceparent() or (inside.traceparent if inside else None)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import sqlite3
 import time
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable
 from importlib import resources
 from pathlib import Path
 from types import TracebackType
@@ -18,8 +18,8 @@ from typing import Any, Self, TypeVar
 import aiosqlite
 
 from tca_bus._errors import ConfigError, TcaError
-from tca_bus._history import end_words, event_words
-from tca_bus._protocol import LogEntry, TaskStatus
+from tca_bus._log_reader import END, LogReader
+from tca_bus._protocol import LogEntry, ReadLog, TaskStatus
 from tca_bus.tasktree import (
     TOMBSTONE_SECONDS,
     Ended,
@@ -40,9 +40,6 @@ APPLICATION_ID = 0x54434131
 
 BEGINNINGS = (Submitted, Prepared, Registered)
 """Events with which the records of a root begin."""
-
-END = "Ended"
-"""Kind of the line that says how a node ended; it is no input of the tree."""
 
 MOST_IN_MEMORY = 20_000
 """Events that a journal without a file keeps."""
@@ -178,30 +175,9 @@ class Journal:
         )
         return [TaskStatus.model_validate_json(status) for (status,) in rows]
 
-    async def read_log(self, after: int, most: int, task: str | None) -> list[LogEntry]:
-        """The history after a line, of everything or of one task and all below it.
-
-        ``after`` below zero counts from the end: the last so many lines.
-        """
-        below = "" if task is None else "AND (task = ? OR root = ?) "
-        values = () if task is None else (task, task)
-        if after < 0:
-            after = await self._line_before_last(-after, below, values)
-        query = f"SELECT * FROM events WHERE number > ? {below}ORDER BY number LIMIT ?"  # noqa: S608
-        return [self._entry(row) for row in await self._rows(query, after, *values, most)]
-
-    async def _line_before_last(self, count: int, below: str, values: Sequence[Any]) -> int:
-        query = f"SELECT number FROM events WHERE 1 {below}ORDER BY number DESC LIMIT 1 OFFSET ?"  # noqa: S608
-        rows = await self._rows(query, *values, count)
-        return int(rows[0][0]) if rows else 0
-
-    def _entry(self, row: Sequence[Any]) -> LogEntry:
-        number, when, _, task, name, kind, body = row
-        if kind == END:
-            event, text = end_words(TaskStatus.model_validate_json(body))
-        else:
-            event, text = event_words(self._decode(number, kind, body))
-        return LogEntry(number=number, time=when, task=task, name=name, event=event, text=text)
+    async def read_log(self, question: ReadLog) -> list[LogEntry]:
+        """Lines of the history."""
+        return await LogReader(self._rows, self._decode).read(question)
 
     def _decode(self, number: int, kind: str, body: str) -> RecordedEvent:
         try:

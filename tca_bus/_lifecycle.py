@@ -110,6 +110,15 @@ class Lifecycle(ABC):
         return self._is_leaving
 
     @property
+    def core(self) -> Core:
+        """What the parts of the module share, for tools that need the keys and the session.
+
+        Raises:
+            ClosedError: The module is not open, or about to close.
+        """
+        return self._parts.core
+
+    @property
     def _parts(self) -> Parts:
         if self._open is None or self._is_leaving:
             raise ClosedError(self.name)

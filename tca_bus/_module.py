@@ -293,6 +293,11 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         """Whether the router is reachable now."""
         return self._parts.core.session.is_up
 
+    @property
+    def outages(self) -> int:
+        """How often the router was lost so far; what was published meanwhile was not seen."""
+        return self._parts.core.session.outages
+
     def publish_status(self, status: TaskStatus) -> None:
         """Publish a task's state where its sender and late viewers find it; central does."""
         self._streams.publish_status(status)

@@ -14,9 +14,11 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
+from tca_bus._log_statements import Statement
 from tca_bus._messages import Broadcast, ModuleLostPolicy, Query, UnhandledPolicy
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._orders import TASK_ID_PATTERN, Order
+from tca_bus._trace_context import TRACEPARENT_PATTERN
 
 CENTRAL = "central"
 """The name of the module that keeps the task tree."""
@@ -104,7 +106,8 @@ class TaskStatus(BaseModel):
 
     ``sequence`` grows with each change of the node: of two statuses the higher one is newer.
     Times are those of central's clock, seconds since the epoch. ``waiting_for`` says in words
-    what an inactive or pending node waits for.
+    what an inactive or pending node waits for. ``traceparent`` is the W3C trace context that it
+    was sent from.
     """
 
     model_config = ConfigDict(frozen=True, ser_json_inf_nan="constants")
@@ -132,6 +135,7 @@ class TaskStatus(BaseModel):
     started: float | None = None
     ended: float | None = None
     sequence: int
+    traceparent: str | None = None
 
     @property
     def is_ended(self) -> bool:
@@ -167,6 +171,7 @@ class SubmitTask(Query[TaskStatus]):
     priority: int = 0
     on_module_lost: ModuleLostPolicy = "fail"
     on_unhandled: UnhandledPolicy = "fail_parent"
+    traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
     wait_for_handler: float = Field(default=0.0, ge=0)
     within: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     grace: float = Field(default=KILL_GRACE, gt=0, allow_inf_nan=False)
@@ -207,7 +212,12 @@ class ListTasks(Query[list[TaskStatus]]):
 
 
 class LogEntry(BaseModel):
-    """One line of the task history, from the journal."""
+    """One line of the task history, from the journal.
+
+    ``event`` is a word for scripts, ``text`` a sentence for people, ``statements`` the same in
+    the terms of TCA's log. ``node`` numbers the node in that log, ``root`` is the top-level task
+    above it; ``data`` come with the line that says that it was submitted.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -217,16 +227,27 @@ class LogEntry(BaseModel):
     name: str
     event: str
     text: str
+    root: str = ""
+    node: int | None = None
+    task_class: str = ""
+    data: dict[str, Any] | None = None
+    statements: tuple[Statement, ...] = ()
 
 
 class ReadLog(Query[list[LogEntry]]):
-    """Anybody to central: the history after entry number ``after``, at most ``most`` lines."""
+    """Anybody to central: the history after entry number ``after``, at most ``most`` lines.
+
+    ``after`` below zero counts from the end: the last so many lines. Only those of ``task`` and
+    all below it, of the messages named in ``messages``, and of none in ``ignore``.
+    """
 
     wire_name = "tca.log"
 
     after: int = 0
     most: int = Field(default=1000, ge=1, le=10_000)
     task: str | None = None
+    messages: tuple[str, ...] = Field(default=(), max_length=1000)
+    ignore: tuple[str, ...] = Field(default=(), max_length=1000)
 
 
 class Taken(BaseModel):

@@ -15,7 +15,7 @@ from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox, attachment_of, query_payload
 from tca_bus._context import Context
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, handled, read_envelope
+from tca_bus._envelope import Envelope, begin_handling, read_envelope
 from tca_bus._errors import (
     AtCapacityError,
     BusyError,
@@ -118,7 +118,7 @@ class QueryServer:
     async def _work(
         self, request: Request, address: QueryAddress, envelope: Envelope, payload: Payload
     ) -> None:
-        handled.set(envelope)
+        begin_handling(envelope)
         answer = await self._answer(address, envelope, payload)
         self._cache.put(request, answer)
         for query in self._running[request]:

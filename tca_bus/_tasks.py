@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 
 from tca_bus._caller import Caller
 from tca_bus._core import Core
+from tca_bus._envelope import sending_traceparent
 from tca_bus._errors import (
     BusGoneError,
     BusyError,
@@ -86,6 +87,7 @@ class TaskSender:
             TimedOutError: No acknowledgement within ``timeout``; it may have been made.
             BusGoneError: The router was away for the rest of that time.
         """
+        task = task.model_copy(update={"traceparent": sending_traceparent()})
         status = await self.ask_central(task, timeout=timeout)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
         self._handles[f"{task.id}/{id(handle)}"] = handle

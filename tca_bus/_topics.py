@@ -11,7 +11,7 @@ from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, handled, new_envelope, read_envelope
+from tca_bus._envelope import Envelope, begin_handling, new_envelope, read_envelope
 from tca_bus._errors import InvalidMessageError
 from tca_bus._handlers import Handler
 from tca_bus._keys import parse_sender
@@ -114,7 +114,7 @@ class Topics:
     async def handle(self, handler: Handler, arrivals: Subscription[Arrival[Any]]) -> None:
         """Run a handler for each message in turn; one that fails is logged and left behind."""
         async for arrival in arrivals:
-            handled.set(arrival.envelope)
+            begin_handling(arrival.envelope)
             context = self._context(sender=arrival.sender, id=arrival.envelope.id)
             try:
                 await handler.call(arrival.value, context)

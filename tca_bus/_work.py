@@ -16,7 +16,7 @@ from tca_bus._attachments import Caught
 from tca_bus._clock import Clock
 from tca_bus._context import Context
 from tca_bus._core import Core
-from tca_bus._envelope import handled
+from tca_bus._envelope import begin_handling, handled
 from tca_bus._errors import (
     BusyError,
     ClosedError,
@@ -192,7 +192,7 @@ class TaskWorker:
         context = self.contexts.task(job.task)
         envelope = handled.get()
         if envelope is not None:
-            handled.set(envelope.model_copy(update={"task": job.task.id}))
+            begin_handling(envelope.model_copy(update={"task": job.task.id}))
         outcome = await self._outcome_of(job, message, handler, context)
         seen = tuple(context.seen_failures)
         job.is_concluded = True

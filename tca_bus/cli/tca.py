@@ -9,6 +9,7 @@ from tca_bus.cli._app import make_app
 from tca_bus.cli._health import doctor, status
 from tca_bus.cli._history import log
 from tca_bus.cli._modules import messages, modules
+from tca_bus.cli._record import record, replay
 from tca_bus.cli._run import run_app
 from tca_bus.cli._send import broadcast, inform, query
 from tca_bus.cli._servers import central, router
@@ -26,6 +27,7 @@ GROUPS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Who is there": (modules, messages, status, doctor),
     "Messages": (query, inform, broadcast),
     "Tasks": (goal, command, tree, kill, log),
+    "Recordings": (record, replay),
 }
 
 for group, functions in GROUPS.items():

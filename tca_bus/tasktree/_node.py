@@ -219,4 +219,5 @@ class Node:
             started=self.started,
             ended=self.ended,
             sequence=self.sequence,
+            traceparent=self.task.traceparent,
         )

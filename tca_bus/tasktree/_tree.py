@@ -10,6 +10,7 @@ from tca_bus._attachments import Attachment, Tap
 from tca_bus._errors import NoHandlerError, RefusedError
 from tca_bus._orders import Order
 from tca_bus._protocol import SubmitTask, TaskStatus
+from tca_bus._trace_context import child_traceparent, node_context
 from tca_bus.tasktree._admission import (
     ROOT,
     check_attachment,
@@ -373,6 +374,8 @@ class Tree:
             return replace(event, order=order or event.order)
         if not isinstance(event, Submitted):
             return event
+        if not self._is_replaying:
+            event = self._traced(event)
         if not self._is_replaying and event.origin.role is Role.STEP:
             event = self._with_context(event)
         if event.previous != LAST_SIBLING:
@@ -382,6 +385,15 @@ class Tree:
             return replace(event, previous=None)
         waits = self._machine.nodes[previous].ahead()
         return replace(event, previous=previous, waits=waits)
+
+    def _traced(self, event: Submitted) -> Submitted:
+        """The submission in the trace of its parent; one at the root is where it came from."""
+        above = self._machine.nodes.get(event.task.parent) if event.task.parent else None
+        if above is None:
+            return event
+        parent = node_context(above.id, above.task.traceparent)
+        traceparent = child_traceparent(event.task.traceparent, parent)
+        return replace(event, task=event.task.model_copy(update={"traceparent": traceparent}))
 
     def _with_context(self, event: Submitted) -> Submitted:
         """The submission with the taps on its message, and only those constraints that hold."""

@@ -33,6 +33,10 @@ class Ran:
     def json(self):
         return json.loads(self.out)
 
+    @property
+    def json_lines(self):
+        return [json.loads(line) for line in self.out.splitlines()]
+
 
 class Office:
     """A bus with central and a robot, and the command line on it."""
@@ -137,6 +141,7 @@ BAD_INPUT = [
     (["kill", "no task"], 2, "id: string should match pattern"),
     (["log", "never"], 1, "no task 'never' here"),
     (["log", "--last", "-1"], 2, "--last"),
+    (["log", "--letters", "mz"], 2, "expected letters of: m (messages and constraints)"),
     (["modules", "--realm", "a/b"], 2, "realm is 'a/b'"),
     (["modules", "--connect", NO_ROUTER], 5, "Start one with 'tca router'"),
     (["var", "get", "batery"], 1, "'batery' was never set. Did you mean 'battery'"),
@@ -171,7 +176,7 @@ async def test_tasks_are_sent_waited_for_and_shown():
         await here.me.inform(Arrive())
         again = await here.tca("command", "drive", '{"to": "r-5303"}', "--id", "d1", "--json")
         assert again.json["state"] == "achieved"
-        log = (await here.tca("log", "--json")).json
+        log = (await here.tca("log", "--json")).json_lines
         assert [line["event"] for line in log if line["task"] == "d1"] == [
             "submitted",
             "dispatched",
