@@ -131,16 +131,12 @@ class PresenceTable:
         return incarnation in self._entries
 
     def named(self, name: str) -> PresentModule | None:
-        """The newest incarnation of a module; a suspect where no other is there for certain."""
+        """The newest incarnation of a module, suspect or not."""
         found = (entry for entry in self._entries.values() if entry.name == name)
-        return max(found, key=self._rank, default=None)
+        return max(found, key=lambda entry: entry.incarnation, default=None)
 
     def providers(self, message: str) -> list[PresentModule]:
-        """One incarnation of each module that handles ``message``, certain ones first.
-
-        Of several that are there under one name it is the newest; a suspect only where no other
-        is there for certain, so that a clock that was set back hides nobody.
-        """
+        """The newest incarnation of each module that handles ``message``, certain ones first."""
         found = self._providers.get(message)
         if found is None:
             found = self._find_providers(message)
@@ -152,13 +148,10 @@ class PresenceTable:
         newest: dict[str, PresentModule] = {}
         for entry in self._entries.values():
             known = newest.get(entry.name)
-            if known is None or self._rank(known) < self._rank(entry):
+            if known is None or known.incarnation < entry.incarnation:
                 newest[entry.name] = entry
         found = [entry for entry in newest.values() if message in entry.provides]
         return sorted(found, key=lambda entry: (entry.incarnation in self._suspects, entry.name))
-
-    def _rank(self, module: PresentModule) -> tuple[bool, str]:
-        return module.incarnation not in self._suspects, module.incarnation
 
     def has_provider(self, message: str) -> bool:
         """Whether a module that handles ``message`` is there for certain."""

@@ -58,10 +58,17 @@ def test_the_newest_incarnation_answers():
     assert table.providers("navigateToG") == [module(incarnation="02")]
     assert table.has_provider("navigateToG")
     table.delete(module(incarnation="02"), now=0.0)
-    assert table.providers("navigateToG") == [module(incarnation="01")]
-    table.delete(module(incarnation="01"), now=0.0)
     assert not table.has_provider("navigateToG")
-    assert table.providers("navigateToG") == [module(incarnation="02")]
+
+
+def test_an_incarnation_of_a_clock_that_was_set_back_is_asked_after_the_grace_of_the_dead_one():
+    table = PresenceTable()
+    table.put(module(incarnation="09"))
+    table.delete(module(incarnation="09"), now=5.0)
+    table.put(module(incarnation="01"))
+    assert not table.has_provider("navigateToG")
+    table.expire(5.0 + VANISH_GRACE)
+    assert table.providers("navigateToG") == [module(incarnation="01")]
 
 
 def test_a_token_that_its_module_replaced_may_vanish():
