@@ -116,13 +116,13 @@ class Tree:
     def replay(self, events: Iterable[RecordedEvent]) -> list[Effect]:
         """Apply recorded events; gives what still has to be done for the nodes that are left.
 
-        That is: `Dispatch` again for every node that a module has (it tells tries apart), the
-        alarms, and `Ended` for top-level tasks whose end was recorded by its events only.
+        That is: `Dispatch` again for every node that a module has (it tells tries apart), and the
+        alarms. What ended is in the history: an end and the events behind it are recorded together.
         """
         effects: list[Effect] = []
         self._is_replaying = True
         for event in events:
-            effects += [e for e in self.apply(event) if isinstance(e, Freed | Ended)]
+            self.apply(event)
         self._is_replaying = False
         for node in self._machine.nodes.values():
             node.sequence = max(node.sequence, self._base)
