@@ -70,8 +70,10 @@ class Caller:
             PeerLostError: The callee died before it answered.
             TimedOutError: No answer within ``timeout`` wall seconds.
             BusGoneError: The router was away for the rest of that time.
+            RefusedError: This module may not send it, or it is too big.
             TcaError: What the callee answered, as its own class.
         """
+        self.core.permissions.check_sending(self.core.name, name, len(payload.data))
         try:
             async with asyncio.timeout(timeout):
                 return await self._call(name, payload, to, withdraw=withdraw)

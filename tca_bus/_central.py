@@ -28,6 +28,8 @@ from tca_bus._journal import Journal, JournalError
 from tca_bus._messages import MessageClass
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
+from tca_bus._permissions import Permissions
+from tca_bus._policy import Policy
 from tca_bus._presence import PresentModule
 from tca_bus._protocol import Describe, ModuleCard, ProvidedMessage, SubmitTask, TaskStatus
 from tca_bus.tasktree import (
@@ -85,6 +87,7 @@ class Central:
         data: The folder of ``central.db``; None keeps the journal in memory.
         on_end: Called with the last status of each node, once it is in the journal and at most
             once, also over restarts.
+        policy: Who may do what; None takes the router's, if it has one.
 
     Raises:
         RefusedError: on entering, there is a central on the realm already.
@@ -98,9 +101,11 @@ class Central:
         *,
         data: Path | None = None,
         on_end: Callable[[TaskStatus], None] = lambda _: None,
+        policy: Policy | None = None,
     ) -> None:
         self.options = options or BusOptions()
         self.module = Module(NAME, options=self.options)
+        self.permissions = self.module.permissions = Permissions(policy)
         self.journal = Journal(data / "central.db" if data is not None else None)
         self.tree = Tree()
         self.recent: OrderedDict[str, TaskStatus] = OrderedDict()
@@ -290,7 +295,8 @@ class Central:
         """Note how many tasks a module handles at once; it stops those it was relieved of."""
         if module not in self.module.modules():
             return
-        capacities = {p.name: _capacity(p) for p in card.provides}
+        known = [p for p in card.provides if p.name in module.provides]
+        capacities = {p.name: _capacity(p) for p in known}
         self.happen(ProviderAppeared(self.now(), module.name, module.incarnation, capacities))
         for taken in card.handling:
             if not self.tree.is_current(taken.id, taken.attempt):

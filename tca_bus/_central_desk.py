@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
+from tca_bus._central_clerk import Clerk
 from tca_bus._central_past import without_past
 from tca_bus._context import Context
 from tca_bus._errors import RefusedError, TaskError, did_you_mean
@@ -20,6 +21,7 @@ from tca_bus._protocol import (
     Taken,
     TaskStatus,
 )
+from tca_bus._rights import Right
 from tca_bus.tasktree import TOMBSTONE_SECONDS, KillRequested, Reported, Submitted, check_same
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class Desk:
 
     def __init__(self, central: Central) -> None:
         self._central = central
+        self._clerk = Clerk(central)
 
     def serve(self, module: Module) -> None:
         """Register the handlers."""
@@ -55,6 +58,7 @@ class Desk:
         if task.sender != context.sender:
             why = f"it names {task.sender!r} as its sender but comes from {context.sender!r}"
             raise RefusedError(f"task {task.id}", why)
+        self._clerk.check_submit(task)
         ended = await self._ended(task.id)
         if ended is not None:
             check_same(task, ended.name, ended.data)
@@ -73,6 +77,7 @@ class Desk:
         await self._central.ready.wait()
         self._central.tree.check_kill(order.id)
         ended = await self._ended(order.id)
+        self._clerk.check(context.sender, Right.KILL, order.id, ended)
         if ended is not None:
             return ended
         reason = order.reason or f"killed by {context.sender}"
@@ -86,24 +91,30 @@ class Desk:
             raise self._unknown(order.id, more)
         return status
 
-    async def find(self, question: FindTask, _: Context) -> TaskStatus:
+    async def find(self, question: FindTask, context: Context) -> TaskStatus:
         """The status of one task."""
         await self._central.ready.wait()
-        return await self._known(question.id)
+        status = await self._known(question.id)
+        self._clerk.check_watch(context.sender, status)
+        return status
 
-    async def tasks(self, question: ListTasks, _: Context) -> list[TaskStatus]:
-        """The nodes that are alive, or those at and below one."""
+    async def tasks(self, question: ListTasks, context: Context) -> list[TaskStatus]:
+        """The nodes that are alive, or those at and below one; only what the asker may watch."""
         await self._central.ready.wait()
         if question.id is not None:
             found = await self._subtree(question.id)
         else:
             found = await self._forest(ended=question.ended)
         await self._central.committed()
-        return found
+        return self._clerk.watchable(context.sender, found)
 
-    async def log(self, question: ReadLog, _: Context) -> list[LogEntry]:
-        """Lines of the history."""
+    async def log(self, question: ReadLog, context: Context) -> list[LogEntry]:
+        """Lines of the history: of one task, or of all."""
         await self._central.committed()
+        if question.task is None:
+            self._clerk.check_watch_all(context.sender)
+        elif self._clerk.is_needed:
+            self._clerk.check_watch(context.sender, await self._known(question.task))
         return await self._central.journal.read_log(question)
 
     async def report(self, report: ReportOutcome, context: Context) -> Taken:

@@ -6,10 +6,11 @@ import asyncio
 import secrets
 import time
 from collections.abc import Coroutine
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from tca_bus._keys import Keys
+from tca_bus._permissions import Permissions
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._session import Session
 from tca_bus._tally import Tally
@@ -34,6 +35,7 @@ class Core:
     presence: PresenceFeed
     spawn: Spawn
     tally: Tally
+    permissions: Permissions = field(default_factory=Permissions)
 
 
 def new_incarnation() -> str:

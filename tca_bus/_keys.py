@@ -11,25 +11,64 @@
     <realm>/presence/<module>/<incarnation>/<host>/<pid>/<names>/<more>
                                                                   liveliness tokens; names of the
                                                                   messages it handles, by comma
+    <realm>/policy/<module>                                       who may do what, from the router
 
 ``more`` begins with the number of the token, which counts how often the module has replaced it;
 after it, by comma, come ``+`` and a resource that it offers, ``-`` and one that it requires, and
 ``held``, ``waiting`` or ``ready`` if it said so: ``2,+map,-odometry,ready``. It may be left out.
 
-The name of whoever sends stands in the key, so that a router's access rules can bind it.
+The name of whoever sends stands in the key, so that a router's access rules can bind it. What
+passes on which shape of key, and with what right, stands in `FAMILIES`.
 """
 
 from __future__ import annotations
 
+import enum
 import re
 from dataclasses import dataclass, replace
 
 from tca_bus._presence import PresentModule, Stage
+from tca_bus._rights import Right
 
 NO_NAMES = "-"
 """Stands for an empty list in a presence key, since a chunk may not be empty."""
 
 _NOT_IN_CHUNK = re.compile(r"[^A-Za-z0-9._:-]")
+
+
+class Traffic(enum.Enum):
+    """How messages pass on a family of keys."""
+
+    ASKED = enum.auto()
+    """The sender gets, the receiver has a queryable and replies."""
+    PUT = enum.auto()
+    """The sender puts, the receiver subscribes."""
+    PUBLISHED = enum.auto()
+    """Central puts, and answers gets; receivers subscribe and get."""
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Keys of one shape, behind the realm.
+
+    In ``shape`` the names ``{sender}``, ``{receiver}``, ``{owner}`` and ``{name}`` stand for
+    what an access rule puts there. ``needs`` are the rights of which a receiver needs one, by
+    ``{name}`` or, where there is an owner, by ``{owner}``. A receiver with a chunk of its own
+    declares everything below that chunk.
+    """
+
+    shape: str
+    traffic: Traffic
+    needs: tuple[Right, ...] = ()
+
+
+FAMILIES = (
+    Family("query/{receiver}/*/{name}/{sender}", Traffic.ASKED, (Right.SERVE,)),
+    Family("inform/{name}/{sender}", Traffic.PUT, (Right.SERVE, Right.LISTEN)),
+    Family("broadcast/{name}/{sender}", Traffic.PUT, (Right.LISTEN,)),
+    Family("task/{owner}/*", Traffic.PUBLISHED, (Right.WATCH,)),
+)
+"""Everything that passes on the bus but presence and the policy itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +115,10 @@ class Keys:
         host = _NOT_IN_CHUNK.sub("-", module.host) or NO_NAMES
         process = f"{module.name}/{module.incarnation}/{host}/{module.pid}"
         return f"{self.realm}/presence/{process}/{names}/{_more_of(module)}"
+
+    def policy(self, module: str = "") -> str:
+        """Where the router tells a module who may do what; without one, whether it matters."""
+        return f"{self.realm}/policy/{module}" if module else f"{self.realm}/policy"
 
     def all_presence(self) -> str:
         """The tokens of all modules."""

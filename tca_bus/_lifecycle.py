@@ -18,6 +18,7 @@ from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
 from tca_bus._parts import Parts
+from tca_bus._permissions import Permissions
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._readiness import Readiness
 from tca_bus._session import Session
@@ -51,6 +52,7 @@ class Lifecycle(ABC):
         self.sole = sole
         self.clock: Clock = WallClock()
         self._readiness = Readiness.declare(provides, requires, hold=hold)
+        self.permissions = Permissions()
         self._handlers = Handlers()
         self._open: Parts | None = None
         self._is_used = False
@@ -63,7 +65,8 @@ class Lifecycle(ABC):
         if self._is_used:
             raise ClosedError(self.name)
         self._is_used = True
-        session = Session(self.options, on_transport=self._transport_changed)
+        changed = self._transport_changed
+        session = Session(self.options, on_transport=changed, module=self.name)
         async with contextlib.AsyncExitStack() as stack:
             await stack.enter_async_context(session)
             await self._group.__aenter__()
@@ -127,8 +130,18 @@ class Lifecycle(ABC):
     def _assemble(self, session: Session) -> Parts:
         keys = Keys(self.options.realm)
         tally = Tally()
-        presence = PresenceFeed(session, keys, self.incarnation, tally)
-        core = Core(self.name, self.incarnation, keys, session, presence, self.start, tally)
+        permissions = self.permissions
+        presence = PresenceFeed(session, keys, self.incarnation, tally, permissions)
+        core = Core(
+            self.name,
+            self.incarnation,
+            keys,
+            session,
+            presence,
+            self.start,
+            tally,
+            permissions,
+        )
         return Parts(
             core=core,
             handlers=self._handlers,

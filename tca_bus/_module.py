@@ -96,7 +96,14 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         *,
         capacity: int | None = None,
     ) -> None:
-        """Register ``function`` as the handler of a message type; see `handler`."""
+        """Register ``function`` as the handler of a message type; see `handler`.
+
+        Raises:
+            RefusedError: The policy does not let this module; before it is open, entering it
+                raises this.
+        """
+        if self._open is not None:
+            self._open.check_serving(message_type)
         handler = self._handlers.add(message_type, function, capacity=capacity)
         if self._open is not None:
             self._open.attend(handler)

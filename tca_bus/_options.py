@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SecretStr,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from tca_bus._errors import ConfigError
 
@@ -26,6 +34,10 @@ class BusOptions(BaseModel):
     ``connect_timeout`` the wall seconds to wait for a router, ``clock`` what `Module.clock`
     follows: the wall, or the simulated time that the robot broadcasts.
 
+    ``keys`` is a folder of 'tca keys', from which a module takes what is there for its name: a
+    certificate on an encrypted endpoint, a password elsewhere. ``user`` and ``password`` go
+    before it.
+
     Raises:
         ConfigError: A value cannot be used; it names the option and what was expected.
     """
@@ -36,6 +48,9 @@ class BusOptions(BaseModel):
     realm: str = "xavier"
     connect_timeout: float = 5.0
     clock: Literal["wall", "sim"] = "wall"
+    keys: Path | None = None
+    user: str | None = None
+    password: SecretStr | None = None
 
     def __init__(self, **values: Any) -> None:
         try:
@@ -63,6 +78,12 @@ class BusOptions(BaseModel):
         if not 0 < value < float("inf"):
             raise ValueError("a positive number of seconds")
         return value
+
+    @model_validator(mode="after")
+    def _check_user(self) -> Self:
+        if (self.user is None) != (self.password is None):
+            raise ValueError("user and password both, or neither")
+        return self
 
 
 def _as_config_error(error: ValidationError) -> ConfigError:

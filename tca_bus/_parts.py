@@ -21,9 +21,12 @@ from tca_bus._handlers import ONE_WAY, Handler, Handlers
 from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
 from tca_bus._loop_watch import watch_loop
+from tca_bus._messages import Message, MessageClass
+from tca_bus._policy_link import fetch_policy
 from tca_bus._presence import PresentModule, Stage
 from tca_bus._protocol import Describe, ModuleCard, TaskStatus
 from tca_bus._readiness import Readiness
+from tca_bus._rights import Right
 from tca_bus._serving import QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
@@ -85,7 +88,12 @@ class Parts:
         )
 
     async def begin(self) -> Clock:
-        """Declare everything, the liveliness token last: others act on it."""
+        """Declare everything, the liveliness token last: others act on it.
+
+        Raises:
+            RefusedError: The module may not join under its name, or not handle a message.
+        """
+        await self.learn_policy()
         self.handlers.add(Describe, self._describe, built_in=True)
         self.worker.begin()
         self.caller.begin()
@@ -109,6 +117,7 @@ class Parts:
     def attend(self, handler: Handler) -> None:
         """Begin to run the handler of a one-way message; others are found when asked for."""
         kind = handler.message_type
+        self.check_serving(kind)
         if kind.message_class not in ONE_WAY or self.handlers.is_held:
             return
         queue = Subscription[Arrival[Any]](kind.wire_name, _no_source, size=HANDLER_QUEUE)
@@ -123,6 +132,27 @@ class Parts:
         if queue.dropped > lost:
             text = f"handler of {queue.name} does not keep up: {queue.waiting} wait, the oldest"
             self.core.tally.complain(f"queue of {queue.name}", f"{text} is dropped")
+
+    def check_serving(self, kind: type[Message]) -> None:
+        """Refuse to handle a message that this module may not handle.
+
+        Raises:
+            RefusedError: It may not.
+        """
+        if kind.message_class != MessageClass.BROADCAST:
+            self.core.permissions.check(self.core.name, Right.SERVE, kind.wire_name)
+
+    async def learn_policy(self) -> None:
+        """Ask the router who may do what; one that lets everybody in has no policy.
+
+        Raises:
+            RefusedError: The module may not join under its name.
+        """
+        permissions, session = self.core.permissions, self.core.session
+        if session.credentials.is_given and not permissions.is_fixed:
+            permissions.policy = await fetch_policy(
+                session, self.core.keys, self.core.name, default=permissions.policy
+            )
 
     def announce(self) -> None:
         """Declare the liveliness token, in place of the one before."""
@@ -155,6 +185,7 @@ class Parts:
         self.core.presence.transport_changed(is_up)
         if is_up:
             self.sender.ask_again()
+            self.core.spawn(self.learn_policy(), name=f"{self.core.name}.policy")
             for listener in list(self._on_return):
                 listener()
 

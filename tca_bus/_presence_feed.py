@@ -14,6 +14,7 @@ from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, call_on
 from tca_bus._keys import Keys, parse_presence
+from tca_bus._permissions import Permissions
 from tca_bus._presence import PresenceChange, PresenceTable
 from tca_bus._session import MAILBOX_SIZE, Session
 from tca_bus._tally import Tally
@@ -37,6 +38,7 @@ class PresenceFeed:
     keys: Keys
     own: str
     tally: Tally
+    permissions: Permissions = field(default_factory=Permissions)
     table: PresenceTable = field(init=False)
 
     def __post_init__(self) -> None:
@@ -113,7 +115,7 @@ class PresenceFeed:
 
     def _take(self, token: _Token) -> None:
         try:
-            module = parse_presence(token.key)
+            module = self.permissions.vouch(parse_presence(token.key))
         except ValueError as error:
             self.tally.invalid += 1
             self.tally.complain("presence key", str(error))

@@ -7,30 +7,72 @@ import json
 import logging
 import re
 import socket
+from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import zenoh
 
+from tca_bus._access import IdentifiedBy, access_control, rate_limits, size_limits
+from tca_bus._credentials import Auth, router_transport, usual_auth
 from tca_bus._errors import ConfigError
-from tca_bus._options import ENDPOINT_EXPECTED, ENDPOINT_PATTERN
+from tca_bus._limits import MOST_MESSAGE_BYTES
+from tca_bus._options import ENDPOINT_EXPECTED, ENDPOINT_PATTERN, BusOptions
+from tca_bus._policy import Policy
+from tca_bus._policy_link import serve_policy
 from tca_bus._session import LEASE_MS, NO_SHARED_MEMORY, uninterrupted
 
 logger = logging.getLogger(__name__)
 
 DEFAULT_LISTEN = "tcp/127.0.0.1:7447"
 
-MOST_MESSAGE_BYTES = 16 * 1024 * 1024
-"""Bigger messages vanish at the router; the link stays up."""
-
 PORT_TRIES = 5
 
-_TCP = re.compile(r"^tcp/(?P<host>.+):(?P<port>\d+)$")
+_HAS_PORT = re.compile(r"^(?P<protocol>tcp|tls|quic|ws)/(?P<host>.+):(?P<port>\d+)$")
+
+IDENTIFIED_BY: dict[Auth, IdentifiedBy] = {
+    "certificate": "cert_common_names",
+    "password": "usernames",
+}
 
 
-def router_config(endpoint: str) -> zenoh.Config:
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """Whom a router lets in, and to do what.
+
+    ``keys`` is a folder of 'tca keys'; ``policy`` says who may do what on ``realm``, None that
+    all who are let in may do everything; ``auth`` is how they prove who they are: by their
+    certificates unless the endpoint is not encrypted.
+    """
+
+    keys: Path
+    policy: Policy | None = None
+    realm: str = BusOptions.model_fields["realm"].default
+    auth: Auth | None = None
+
+    def settings(self, endpoint: str) -> dict[str, Any]:
+        """The tables of Zenoh's configuration.
+
+        Raises:
+            ConfigError: The folder has not what is needed.
+        """
+        auth = self.auth or usual_auth(endpoint)
+        by = IDENTIFIED_BY[auth]
+        tables: dict[str, Any] = {"transport": router_transport(self.keys, endpoint, auth)}
+        if self.policy is not None:
+            tables["access_control"] = access_control(self.policy, self.realm, by=by)
+            tables["low_pass_filter"] = size_limits(self.policy, self.realm)
+            tables["downsampling"] = rate_limits(self.policy, self.realm)
+        return tables
+
+
+def router_settings(endpoint: str, guard: Guard | None = None) -> dict[str, Any]:
     """The Zenoh configuration of the router: no discovery, an admin space, bounded messages."""
-    settings: dict[str, Any] = {
+    guarded = guard.settings(endpoint) if guard is not None else {"transport": {"link": {}}}
+    transport = guarded.pop("transport")
+    link = transport.pop("link")
+    return {
         "mode": "router",
         "listen": {"endpoints": [endpoint], "exit_on_failure": True},
         "scouting": {
@@ -42,36 +84,44 @@ def router_config(endpoint: str) -> zenoh.Config:
         "adminspace": {"enabled": True},
         "transport": {
             "unicast": {"accept_timeout": 2000},
-            "link": {"tx": {"lease": LEASE_MS}, "rx": {"max_message_size": MOST_MESSAGE_BYTES}},
+            "link": {
+                "tx": {"lease": LEASE_MS},
+                "rx": {"max_message_size": MOST_MESSAGE_BYTES},
+                **link,
+            },
             "shared_memory": NO_SHARED_MEMORY,
+            **transport,
         },
+        **guarded,
     }
-    return zenoh.Config.from_json5(json.dumps(settings))
 
 
 class Router:
     """A Zenoh router, as an async context manager.
 
-    ``listen`` is a Zenoh endpoint; TCP port 0 picks a free one. ``endpoint`` is where the router
-    really listens. Listen beyond loopback only on a network that you trust.
+    ``listen`` is a Zenoh endpoint; port 0 picks a free one. ``endpoint`` is where the router
+    really listens. Without a ``guard`` anybody who reaches it may do anything: listen beyond
+    loopback only with one, or on a network that you trust.
 
     Raises:
-        ConfigError: The endpoint is none, or something listens there already.
+        ConfigError: The endpoint is none, or something listens there already, or the keys of
+            the guard cannot be used.
     """
 
-    def __init__(self, listen: str = DEFAULT_LISTEN) -> None:
+    def __init__(self, listen: str = DEFAULT_LISTEN, *, guard: Guard | None = None) -> None:
         if not ENDPOINT_PATTERN.fullmatch(listen):
             raise ConfigError("listen endpoint", listen, ENDPOINT_EXPECTED)
         self.listen = listen
         self.endpoint = listen
+        self.guard = guard
         self._session: zenoh.Session | None = None
 
     async def __aenter__(self) -> Self:
-        match = _TCP.fullmatch(self.listen)
+        match = _HAS_PORT.fullmatch(self.listen)
         if match is None or int(match["port"]) != 0:
             await self._open(self.listen)
         else:
-            await self._open_on_free_port(match["host"])
+            await self._open_on_free_port(match["protocol"], match["host"])
         logger.info("router listens at %s", self.endpoint)
         return self
 
@@ -91,11 +141,11 @@ class Router:
             return []
         return sorted(str(transport.zid) for transport in self._session.info.transports())
 
-    async def _open_on_free_port(self, host: str) -> None:
+    async def _open_on_free_port(self, protocol: str, host: str) -> None:
         # Another process may take the port between the look and the listening.
         for left in reversed(range(PORT_TRIES)):
             try:
-                await self._open(f"tcp/{host}:{_free_port(host)}")
+                await self._open(f"{protocol}/{host}:{_free_port(host)}")
             except ConfigError:
                 if not left:
                     raise
@@ -103,7 +153,9 @@ class Router:
                 return
 
     async def _open(self, endpoint: str) -> None:
-        opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, router_config(endpoint)))
+        settings = json.dumps(router_settings(endpoint, self.guard))
+        config = zenoh.Config.from_json5(settings)
+        opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, config))
         try:
             self._session = await asyncio.shield(opening)
         except asyncio.CancelledError:
@@ -118,6 +170,8 @@ class Router:
                 "--connect"
             )
             raise ConfigError("listen endpoint", endpoint, expected) from error
+        if self.guard is not None:
+            serve_policy(self._session, self.guard.policy)
         self.endpoint = endpoint
 
 

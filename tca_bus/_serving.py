@@ -33,6 +33,7 @@ from tca_bus._line import Request, request_of
 from tca_bus._messages import Message, MessageClass
 from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
+from tca_bus._rights import Right
 from tca_bus._turns import Turns
 from tca_bus._types import answer_adapter
 from tca_bus._wire import Payload, decode_message, encode_answer, told_revision
@@ -141,6 +142,7 @@ class QueryServer:
 
     async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
         try:
+            self._core.permissions.check(address.caller, Right.SEND, address.name)
             handler = self._find(address.name)
             message = decode_message(payload, handler.message_type)
             told = told_revision(payload)
@@ -165,8 +167,9 @@ class QueryServer:
             checked = adapter.validate_python(value)
         except ValidationError as error:
             raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
-        payload = encode_answer(checked, adapter, handler.message_type, told=told)
-        return Answer(payload, is_error=False)
+        answer = encode_answer(checked, adapter, handler.message_type, told=told)
+        self._core.permissions.check_answer(self._core.name, address.name, len(answer.data))
+        return Answer(answer, is_error=False)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)

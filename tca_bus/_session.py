@@ -14,7 +14,9 @@ import zenoh
 from zenoh.handlers import Callback
 
 from tca_bus._bridge import Answer, Mailbox, ask, call_on
-from tca_bus._errors import BusGoneError, ConfigError
+from tca_bus._credentials import Credentials, credentials_for
+from tca_bus._diagnosis import Door, explain
+from tca_bus._errors import BusGoneError, ConfigError, RefusedError
 from tca_bus._options import BusOptions
 from tca_bus._wire import Payload
 
@@ -22,6 +24,9 @@ logger = logging.getLogger(__name__)
 
 OPEN_SLICE_MS = 500
 """One try to open; a cancelled module waits for at most this long."""
+
+OPEN_TIMEOUT_MS = 10_000
+"""Zenoh's own limit to one handshake."""
 
 LEASE_MS = 2000
 """A peer that said nothing for so long is taken for gone by the other side."""
@@ -35,13 +40,17 @@ SETTLE_TIMEOUT = 1.0
 MAILBOX_SIZE = 4096
 
 
-def client_config(options: BusOptions) -> zenoh.Config:
-    """The Zenoh configuration of a module: a client of one router, no discovery."""
+def client_config(options: BusOptions, module: str = "", *, once: bool = False) -> zenoh.Config:
+    """The Zenoh configuration of a module: a client of one router, no discovery.
+
+    With ``once`` it tries to connect once and does not wait for long.
+    """
+    credentials = credentials_for(options, module).transport
     settings: dict[str, Any] = {
         "mode": "client",
         "connect": {
             "endpoints": [options.connect],
-            "timeout_ms": OPEN_SLICE_MS,
+            "timeout_ms": 0 if once else OPEN_SLICE_MS,
             "retry": {
                 "period_init_ms": 100,
                 "period_max_ms": 1000,
@@ -50,7 +59,12 @@ def client_config(options: BusOptions) -> zenoh.Config:
         },
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True},
-        "transport": {"link": {"tx": {"lease": LEASE_MS}}, "shared_memory": NO_SHARED_MEMORY},
+        "transport": {
+            **credentials,
+            "link": {"tx": {"lease": LEASE_MS}, **credentials["link"]},
+            "shared_memory": NO_SHARED_MEMORY,
+            "unicast": {"open_timeout": OPEN_SLICE_MS if once else OPEN_TIMEOUT_MS},
+        },
     }
     try:
         return zenoh.Config.from_json5(json.dumps(settings))
@@ -66,10 +80,15 @@ class Session:
 
     Raises:
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
+        RefusedError: On entering, the router does not let ``module`` in.
+        ConfigError: On entering, the keys of ``module`` cannot be used.
     """
 
-    def __init__(self, options: BusOptions, *, on_transport: Callable[[bool], None]) -> None:
+    def __init__(
+        self, options: BusOptions, *, on_transport: Callable[[bool], None], module: str = ""
+    ) -> None:
         self._options = options
+        self._module = module
         self._on_transport = on_transport
         self._up = asyncio.Event()
         self.zenoh: zenoh.Session
@@ -106,6 +125,11 @@ class Session:
     def is_up(self) -> bool:
         """Whether the router is reachable."""
         return self._up.is_set()
+
+    @property
+    def credentials(self) -> Credentials:
+        """With what the module joined."""
+        return credentials_for(self._options, self._module)
 
     @property
     def endpoint(self) -> str:
@@ -150,15 +174,24 @@ class Session:
         await done.wait()
 
     async def _open(self) -> zenoh.Session:
-        config = client_config(self._options)
+        config = client_config(self._options, self._module)
         deadline = time.monotonic() + self._options.connect_timeout
         while True:
             try:
                 return await _open_once(config)
             except zenoh.ZError as error:
+                await self._raise_if_shut_out()
                 if time.monotonic() >= deadline:
                     raise BusGoneError(self._options.connect) from error
             await asyncio.sleep(0.05)
+
+    async def _raise_if_shut_out(self) -> None:
+        options = self._options
+        door = Door(options.connect, self.credentials)
+        config = client_config(options, self._module, once=True)
+        why = await explain(door, lambda: zenoh.open(config).close())
+        if why is not None:
+            raise RefusedError(f"joining the bus at {options.connect} as {self._module!r}", why)
 
     def _transport_event(self, event: zenoh.TransportEvent) -> None:
         is_up = event.kind == zenoh.SampleKind.PUT

@@ -12,6 +12,7 @@ from tca_bus._handlers import ONE_WAY
 from tca_bus._messages import Message
 from tca_bus._presence import PresenceChange
 from tca_bus._protocol import TaskStatus
+from tca_bus._rights import Right
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import STATUS_ENCODING, decode_status
 from tca_bus._topics import Arrival, Topics
@@ -51,6 +52,7 @@ class Streams:
             def push(arrival: Arrival[TaskStatus]) -> None:
                 subscription.push(arrival.value)
 
+            self.core.permissions.check(self.core.name, Right.WATCH, sender)
             end = self.topics.listen(self.core.keys.task(sender, "*"), decode_status, push)
             return await self._connected(subscription, end)
 

@@ -83,10 +83,12 @@ class TaskSender:
         Raises:
             NoHandlerError: Nobody handles it, or there is no central.
             InvalidMessageError: The handler's module says that the data do not fit.
-            RefusedError: Central will not have it, e.g. another task has its id.
+            RefusedError: This module may not send it, or central will not have it, e.g. another
+                task has its id.
             TimedOutError: No acknowledgement within ``timeout``; it may have been made.
             BusGoneError: The router was away for the rest of that time.
         """
+        self.core.permissions.check_task(self.core.name, task.name, task.data)
         task = task.model_copy(update={"traceparent": sending_traceparent()})
         status = await self.ask_central(task, timeout=timeout)
         handle = TaskHandle[Any](status, self, adapter, on_failure)

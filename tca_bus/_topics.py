@@ -79,6 +79,7 @@ class Topics:
 
     def publish(self, kind: MessageClass, name: str, payload: Payload) -> None:
         """Send to all who listen; a broadcast while the router is away is lost and counted."""
+        self._core.permissions.check_sending(self._core.name, name, len(payload.data))
         key = self._core.keys.one_way(kind.value, name, self._core.name)
         self.send(key, payload, block=kind == MessageClass.INFORM)
 
@@ -107,8 +108,10 @@ class Topics:
 
     def listen_to(self, message_type: type[Message], sink: Sink) -> Callable[[], None]:
         """Hand all messages of a type to ``sink``."""
-        kind = message_type.message_class.value
-        key = self._core.keys.one_way(kind, message_type.wire_name, "*")
+        kind, name = message_type.message_class, message_type.wire_name
+        is_inform = kind == MessageClass.INFORM
+        self._core.permissions.check_listening(self._core.name, name, is_inform=is_inform)
+        key = self._core.keys.one_way(kind.value, name, "*")
         return self.listen(key, lambda payload: decode_message(payload, message_type), sink)
 
     async def handle(self, handler: Handler, arrivals: Subscription[Arrival[Any]]) -> None:
