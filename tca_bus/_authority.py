@@ -126,11 +126,18 @@ class Authority:
         lines = "".join(f"{user}:{word}\n" for user, word in sorted(users.items()))
         _write(self.keyring.users, lines.encode(), PRIVATE, replace=True)
 
-    def renew(self, names: Iterable[str] = (), *, days: int = DEFAULT_DAYS) -> list[str]:
+    def renew(
+        self,
+        names: Iterable[str] = (),
+        *,
+        days: int = DEFAULT_DAYS,
+        hosts: Sequence[str] = (),
+    ) -> list[str]:
         """Make new keys and certificates in place of old ones; of all when none are named.
 
-        Gives the names. Processes that run keep what they have read; the old certificates stay
-        valid until they expire.
+        Gives the names. The router's certificate keeps its hosts and gets ``hosts`` besides.
+        Processes that run keep what they have read; the old certificates stay valid until they
+        expire.
 
         Raises:
             ConfigError: One of the names has no certificate here.
@@ -142,7 +149,7 @@ class Authority:
                 hint = did_you_mean(name, known)
                 raise ConfigError("name", name, f"one that has a certificate here.{hint}")
         for name in chosen:
-            self._renew(name, days)
+            self._renew(name, days, hosts)
         return chosen
 
     def list(self) -> list[KeyInfo]:
@@ -156,11 +163,11 @@ class Authority:
             found.append(_info(name, "module", ring.module(name).certificate, password=password))
         return found
 
-    def _renew(self, name: str, days: int) -> None:
+    def _renew(self, name: str, days: int, more_hosts: Sequence[str]) -> None:
         ring = self.keyring
         if name == ROUTER_NAME:
-            hosts = _hosts_of(_read_certificate(ring.router.certificate))
-            self._issue(ring.router, name, days, hosts=hosts, replace=True)
+            hosts = [*more_hosts, *_hosts_of(_read_certificate(ring.router.certificate))]
+            self._issue(ring.router, name, days, hosts=_all_hosts(hosts), replace=True)
         else:
             self._issue(ring.module(name), name, days, replace=True)
 

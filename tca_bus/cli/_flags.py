@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
+from pydantic import SecretStr
 
 from tca_bus._options import BusOptions
 
@@ -38,6 +39,12 @@ class BusFlags:
     """Log everything, same as --log-level debug."""
     clock: Annotated[Literal["wall", "sim"], Parameter(env_var="TCA_CLOCK")] = "wall"
     """Time base of what waits for the world."""
+    keys: Annotated[Path | None, Parameter(env_var="TCA_KEYS")] = None
+    """Folder of 'tca keys' with what this process joins a guarded router with."""
+    user: Annotated[str | None, Parameter(env_var="TCA_USER")] = None
+    """Name with which to join a router that asks for one; without it that of --keys."""
+    password: Annotated[str | None, Parameter(env_var="TCA_PASSWORD")] = None
+    """Password of --user; better in the environment, where others do not see it."""
 
     @property
     def level(self) -> str:
@@ -52,6 +59,13 @@ def bus_options(flags: BusFlags) -> BusOptions:
     """Turn the flags into the options of a `tca_bus.Module`.
 
     Raises:
-        ConfigError: the realm or the endpoint cannot be used.
+        ConfigError: the realm, the endpoint or the user cannot be used.
     """
-    return BusOptions(connect=flags.connect, realm=flags.realm, clock=flags.clock)
+    return BusOptions(
+        connect=flags.connect,
+        realm=flags.realm,
+        clock=flags.clock,
+        keys=flags.keys,
+        user=flags.user,
+        password=None if flags.password is None else SecretStr(flags.password),
+    )

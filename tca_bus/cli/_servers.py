@@ -8,25 +8,42 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from tca_bus import Router, configure_logging
+from tca_bus import ConfigError, Router, configure_logging
 from tca_bus._central import Central
+from tca_bus._credentials import Auth
+from tca_bus._policy_file import read_policy
+from tca_bus._router import Guard
 from tca_bus._span_exporter import spans_from_environment
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags, bus_options
 
 
-async def router(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
+async def router(
+    *,
+    policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
+    auth: Auth | None = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
     """Run the Zenoh router, which all processes connect to.
 
-    It listens at --connect; tcp/127.0.0.1:0 picks a free port, which the log names.
+    It listens at --connect; tcp/127.0.0.1:0 picks a free port, which the log names. With --keys
+    it lets in only who has keys of that folder's authority.
+
+    Parameters
+    ----------
+    policy
+        Policy file that says who may do what on --realm; without it, who is let in may do all.
+    auth
+        How modules prove who they are; certificate on tls and quic endpoints, else password.
     """
     configure_logging("router", level=flags.level, json=flags.json)
-    async with Router(flags.connect):
+    async with Router(flags.connect, guard=_guard(flags, policy, auth)):
         await asyncio.get_running_loop().create_future()
 
 
 async def central(
     *,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run central, which keeps the task tree and its journal.
@@ -39,10 +56,23 @@ async def central(
     data
         Folder of the journal, central.db. Started on it again, central goes on where it was;
         without it the journal is in memory and ends with the process.
+    policy
+        Policy file that says who may do what; without it central goes by the router's.
     """
     configure_logging("central", level=flags.level, json=flags.json)
     options = bus_options(flags)
+    read = None if policy is None else read_policy(policy)
     with spans_from_environment(options.realm) as spans:
         on_end = spans.export if spans else lambda _: None
-        async with Central(options, data=data, on_end=on_end) as running:
+        async with Central(options, data=data, on_end=on_end, policy=read) as running:
             await running.serve_forever()
+
+
+def _guard(flags: BusFlags, policy: Path | None, auth: Auth | None) -> Guard | None:
+    read = None if policy is None else read_policy(policy)
+    if flags.keys is not None:
+        return Guard(flags.keys, read, flags.realm, auth)
+    if policy is not None or auth is not None:
+        expected = "a folder of 'tca keys': without it the router cannot know who sends"
+        raise ConfigError("--keys", None, expected)
+    return None

@@ -8,7 +8,9 @@ from typing import Any, NoReturn
 from tca_bus.cli._app import make_app
 from tca_bus.cli._health import doctor, status
 from tca_bus.cli._history import log
+from tca_bus.cli._keys import keys_app
 from tca_bus.cli._modules import messages, modules
+from tca_bus.cli._policy import policy
 from tca_bus.cli._record import record, replay
 from tca_bus.cli._run import run_app
 from tca_bus.cli._send import broadcast, inform, query
@@ -29,13 +31,15 @@ GROUPS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Messages": (query, inform, broadcast),
     "Tasks": (goal, command, tree, kill, suspend, resume, retry, prioritize, log),
     "Recordings": (record, replay),
+    "Who may do what": (policy,),
 }
 
 for group, functions in GROUPS.items():
     for function in functions:
         app.command(function, group=group)
-var.group = "Messages"
-app.command(var)
+for sub_app, group in ((var, "Messages"), (keys_app, "Who may do what")):
+    sub_app.group = group
+    app.command(sub_app)
 
 
 def main() -> NoReturn:

@@ -17,6 +17,21 @@ from tca_bus.launcher._spec import ProcessSpec, start_order
 from tca_bus.launcher._supervisor import Supervisor
 
 
+def environment(options: BusOptions) -> dict[str, str]:
+    """The options as the environment variables that every command line reads."""
+    found = {
+        "TCA_CONNECT": options.connect,
+        "TCA_REALM": options.realm,
+        "TCA_CLOCK": options.clock,
+    }
+    if options.keys is not None:
+        found["TCA_KEYS"] = str(options.keys.absolute())
+    if options.user is not None and options.password is not None:
+        found["TCA_USER"] = options.user
+        found["TCA_PASSWORD"] = options.password.get_secret_value()
+    return found
+
+
 class Launcher:
     """Runs processes for as long as its ``async with`` block lasts.
 
@@ -30,8 +45,9 @@ class Launcher:
 
     Args:
         specs: The processes, in the order in which they start.
-        options: How they join the bus: given to them as ``TCA_CONNECT``, ``TCA_REALM`` and
-            ``TCA_CLOCK``.
+        options: How they join the bus: given to them as ``TCA_CONNECT``, ``TCA_REALM``,
+            ``TCA_CLOCK`` and, where there are any, ``TCA_KEYS``, ``TCA_USER`` and
+            ``TCA_PASSWORD``.
         console: Where their lines are shown, each behind the name of its process.
         log_dir: Folder for one log file each, ``NAME.log``.
 
@@ -131,13 +147,12 @@ class Launcher:
 
     async def _spawn(self, spec: ProcessSpec, log: ProcessLog) -> Child:
         assert self._pipe is not None
-        env = {
-            "TCA_CONNECT": self._options.connect,
-            "TCA_REALM": self._options.realm,
-            "TCA_CLOCK": self._options.clock,
-        }
         return await Child.spawn(
-            spec, env=env, parent_fd=self._pipe[0], take=log.write, group=self._group
+            spec,
+            env=environment(self._options),
+            parent_fd=self._pipe[0],
+            take=log.write,
+            group=self._group,
         )
 
     async def _start_all(self) -> None:

@@ -17,6 +17,10 @@ _PAUSE = 0.05
 """Seconds between two tries; the spec's ``ready_timeout`` bounds them as a whole."""
 
 
+OVER_TCP = ("tcp/", "tls/")
+"""Endpoints that a plain connection can reach."""
+
+
 class Ready(Protocol):
     """A condition on a started process."""
 
@@ -52,10 +56,10 @@ class RouterListening:
 
     @property
     def _is_tcp(self) -> bool:
-        return self._options.connect.startswith("tcp/")
+        return self._options.connect.startswith(OVER_TCP)
 
     async def _accepts(self) -> bool:
-        host, _, port = self._options.connect.removeprefix("tcp/").rpartition(":")
+        host, _, port = self._options.connect.partition("/")[2].rpartition(":")
         try:
             _, writer = await asyncio.open_connection(host.strip("[]"), int(port))
         except OSError:
