@@ -25,7 +25,8 @@ class OfficeOptions:
     ``map`` is a floor plan, by name or as a file, None for the built-in one; ``speed`` is
     simulated seconds per second or ``max`` for lockstep; ``silence`` is the share of questions
     that simulated people do not answer, ``epoch`` the simulated time at the start in ISO 8601,
-    both None for the simulator's own; ``data`` is the folder in which everything kept lies.
+    both None for the simulator's own; ``data`` is the folder in which everything kept lies;
+    ``policy`` is the file that says who may do what, for a router with keys.
     """
 
     data: Path
@@ -37,6 +38,7 @@ class OfficeOptions:
     epoch: str | None = None
     rules: Rules = Rules.WORKING
     log_level: str = "info"
+    policy: Path | None = None
 
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
@@ -49,6 +51,7 @@ def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
     speech = ["--people", options.people, "--seed", str(options.seed), *data]
     if options.silence is not None:
         speech += ["--silence", str(options.silence)]
+    guard = ["--policy", str(options.policy.absolute())] if options.policy is not None else []
     agent = ["--rules", options.rules.value, *data]
 
     def module(
@@ -58,7 +61,7 @@ def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
         return _spec(name, argv, ModulePresent(name, bus), terminal=terminal)
 
     return [
-        _spec("router", _argv("tca_bus", "router", [], options), RouterListening(bus)),
+        _spec("router", _argv("tca_bus", "router", guard, options), RouterListening(bus)),
         module("central", "tca_bus", "central", data),
         module("xavier", "xavier_sim", "run", world),
         module("speech", "xavier_sim", "speech", speech, terminal=options.people == "keyboard"),

@@ -28,6 +28,8 @@ LONGEST_COMMON_NAME = 64
 
 _OTHERS_MAY_READ = stat.S_IRWXG | stat.S_IRWXO
 
+_NUMBER = re.compile(r"-\d+$")
+
 _PASSWORD_LINE = re.compile(r"^(?P<name>[^:\s]+):(?P<password>\S+)$")
 
 
@@ -83,7 +85,8 @@ class Keyring:
         if owner is None:
             have = ", ".join(known) or "none"
             expected = f"a folder with the keys of module {module!r}; it has those of: {have}."
-            more = did_you_mean(module, known) or f" 'tca keys add' makes them for {module!r}."
+            plain = _NUMBER.sub("", module)
+            more = did_you_mean(plain, known) or f" 'tca keys add' makes them for {plain!r}."
             raise ConfigError("--keys", str(self.folder), expected + more)
         return owner
 

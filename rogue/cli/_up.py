@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from rogue.cli._folders import default_folder, make_folder
+from rogue.cli._guard import guarded, office_policy
 from rogue.office import OfficeOptions, People, office_specs
 from rogue.planning import RuleName, Rules
 from tca_bus import BusOptions, ConfigError
@@ -26,6 +27,8 @@ async def up(
     silence: Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))] = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
+    secure: Annotated[bool, Parameter(negative="")] = False,
+    policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the whole office: router, central, robot, speech, navigator and planner.
@@ -46,11 +49,20 @@ async def up(
         Folder in which everything kept lies; the user's state folder if not given.
     rules
         Control rules of the planner.
+    secure
+        Encrypt, let in only who has keys, and only to what the policy allows. Keys are made in
+        the folder "keys" of --data, or of --keys, and the router listens on tls.
+    policy
+        Policy file that says who may do what; with --secure the office's own if not given.
     """
     check_speed(speed)
     bus = bus_options(flags).model_copy(update={"clock": "sim"})
+    folder = make_folder(data or default_folder(flags.realm))
+    if secure:
+        policy = policy or office_policy()
+        bus = guarded(bus, folder, policy)
     options = OfficeOptions(
-        data=make_folder(data or default_folder(flags.realm)),
+        data=folder,
         map=map,
         seed=seed,
         speed=speed,
@@ -58,6 +70,7 @@ async def up(
         silence=silence,
         rules=Rules(rules),
         log_level=flags.level,
+        policy=policy,
     )
     async with Launcher(office_specs(options, bus), bus, console=sys.stderr) as launcher:
         note(f"The office is open on {bus.connect}; everything is kept in {options.data}.")
@@ -70,7 +83,8 @@ def _where(bus: BusOptions) -> str:
     usual = BusOptions()
     connect = "" if bus.connect == usual.connect else f" --connect {bus.connect}"
     realm = "" if bus.realm == usual.realm else f" --realm {bus.realm}"
-    return connect + realm
+    keys = "" if bus.keys is None else f" --keys {bus.keys}"
+    return connect + realm + keys
 
 
 def check_speed(speed: str) -> None:

@@ -7,6 +7,7 @@ from tca_bus.launcher._errors import (
     StartFailedError,
     WrongUseError,
 )
+from tca_bus.launcher._keys import provide_keys
 from tca_bus.launcher._office import Launcher
 from tca_bus.launcher._ready import ModulePresent, Ready, RouterListening
 from tca_bus.launcher._restart import RestartPolicy
@@ -24,4 +25,5 @@ __all__ = [
     "RouterListening",
     "StartFailedError",
     "WrongUseError",
+    "provide_keys",
 ]
