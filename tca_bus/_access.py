@@ -15,7 +15,7 @@ from typing import Any, Literal
 from tca_bus._keys import FAMILIES, Family, Traffic
 from tca_bus._limits import ENVELOPE_BYTES
 from tca_bus._policy import CENTRAL, FROM_CENTRAL, GUARDED, Policy
-from tca_bus._rights import BUS_PREFIX, Right, as_chunk
+from tca_bus._rights import BUS_PREFIX, Right, as_chunk, as_module_chunks
 
 IdentifiedBy = Literal["cert_common_names", "usernames"]
 """What a router knows a module by."""
@@ -187,7 +187,7 @@ def _receiving(family: Family, policy: Policy, module: str) -> Iterator[Rule]:
 def _watching(family: Family, policy: Policy, module: str) -> Iterator[Rule]:
     own = _names_of(module)
     for right in family.needs:
-        owners = [n for p in policy.patterns(module, right) for n in _names_like(p)]
+        owners = [n for p in policy.patterns(module, right) for n in as_module_chunks(p)]
         for owner in [*own, *owners]:
             key = family.shape.format(owner=owner)
             yield ("declare_subscriber", "query"), IN, key
@@ -221,7 +221,7 @@ def _receivable(
     for right in family.needs:
         for pattern in policy.patterns(module, right):
             name, at, owner = pattern.partition("@")
-            yield [as_chunk(name)], _names_like(owner) if at else ["*"]
+            yield [as_chunk(name)], as_module_chunks(owner) if at else ["*"]
 
 
 def _declared(family: Family, names: Sequence[str], receivers: Sequence[str]) -> Iterator[str]:
@@ -248,7 +248,7 @@ def _keys(
 
 def _limited_keys(realm: str, pattern: str) -> list[str]:
     name, at, owner = pattern.partition("@")
-    senders = _names_like(owner) if at else ["*"]
+    senders = as_module_chunks(owner) if at else ["*"]
     families = [f for f in FAMILIES if "{name}" in f.shape]
     keys = [key for f in families for key in _keys(f, names=[as_chunk(name)], sender=senders)]
     return [f"{realm}/{key}" for key in keys]
@@ -257,8 +257,3 @@ def _limited_keys(realm: str, pattern: str) -> list[str]:
 def _names_of(module: str) -> list[str]:
     """The names under which a module may join, as chunks."""
     return [module, f"{module}-$*"]
-
-
-def _names_like(pattern: str) -> list[str]:
-    chunk = as_chunk(pattern)
-    return [chunk] if chunk.endswith("*") else [chunk, f"{chunk}-$*"]

@@ -23,6 +23,7 @@ from tca_bus._rights import (
     Right,
     is_pattern,
     matches,
+    matches_module,
 )
 
 CENTRAL = "central"
@@ -151,11 +152,12 @@ class Policy(BaseModel):
         if module is None:
             hint = did_you_mean(sender, self.modules)
             return Ruling(allowed=False, reason=f"the policy has no module {sender!r}.{hint}")
-        return (
-            self._rule_of_the_bus(module, right, name)
-            or self._rule_of_ownership(module, right, name, owner)
-            or self._rule_of_grants(module, right, name, owner)
-        )
+        ruling = self._rule_of_the_bus(module, right, name)
+        if ruling is None:
+            ruling = self._rule_of_ownership(module, right, name, owner)
+        if ruling is None:
+            ruling = self._rule_of_grants(module, right, name, owner)
+        return ruling
 
     def patterns(self, module: str, right: Right) -> list[str]:
         """All patterns that a listed module has for a right."""
@@ -163,8 +165,7 @@ class Policy(BaseModel):
 
     def limits_of(self, sender: str, name: str) -> dict[str, Limit]:
         """The limits that a message of a module has to keep, by their patterns."""
-        owner = owner_among(sender, self.modules) or sender
-        return {p: limit for p, limit in self.limits.items() if _fits(p, name, owner)}
+        return {p: limit for p, limit in self.limits.items() if _fits(p, name, sender)}
 
     def _rule_of_the_bus(self, module: str, right: Right, name: str) -> Ruling | None:
         """The bus's own messages: all but some may be sent, heard and served by all."""
@@ -186,11 +187,9 @@ class Policy(BaseModel):
         return None
 
     def _rule_of_grants(self, module: str, right: Right, name: str, owner: str | None) -> Ruling:
-        owner_module = owner if owner is None else owner_among(owner, self.modules) or owner
         what = f"{right.value} {_shown(name, owner)}"
         for where, pattern in self._granted(module, right):
-            subject = owner_among(name, self.modules) or name if right == Right.WATCH else name
-            if _fits(pattern, subject, owner_module):
+            if _fits(pattern, name, owner, is_module=right == Right.WATCH):
                 return Ruling(allowed=True, reason=f"{where} has {pattern!r}")
         granted = self.patterns(module, right)
         only = f"only {', '.join(map(repr, granted))}" if granted else "nothing of that kind"
@@ -234,11 +233,11 @@ class Policy(BaseModel):
                 )
 
 
-def _fits(pattern: str, name: str, owner: str | None) -> bool:
+def _fits(pattern: str, name: str, owner: str | None, *, is_module: bool = False) -> bool:
     of_name, at, of_owner = pattern.partition("@")
-    if not matches(of_name, name):
+    if not (matches_module(of_name, name) if is_module else matches(of_name, name)):
         return False
-    return not at or owner == ANYBODY or (owner is not None and matches(of_owner, owner))
+    return not at or owner == ANYBODY or (owner is not None and matches_module(of_owner, owner))
 
 
 def _shown(name: str, owner: str | None) -> str:

@@ -77,9 +77,21 @@ def matches(pattern: str, name: str) -> bool:
     return _compiled(pattern).fullmatch(name) is not None
 
 
+def matches_module(pattern: str, module: str) -> bool:
+    """Whether the name of a module, with or without what follows a ``-``, fits a pattern."""
+    whole = _compiled(pattern).fullmatch(module)
+    return whole is not None or _compiled(f"{pattern}-*").fullmatch(module) is not None
+
+
 def as_chunk(pattern: str) -> str:
     """The pattern as one chunk of a Zenoh key expression."""
     return pattern if pattern == "*" else pattern.replace("*", "$*")
+
+
+def as_module_chunks(pattern: str) -> list[str]:
+    """The pattern of a module as chunks, with and without what follows a ``-``."""
+    chunk = as_chunk(pattern)
+    return [chunk] if chunk.endswith("*") else [chunk, f"{chunk}-$*"]
 
 
 @cache
