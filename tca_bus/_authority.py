@@ -153,15 +153,8 @@ class Authority:
         return chosen
 
     def list(self) -> list[KeyInfo]:
-        """The authority, the router and the modules, with the ends of their validity."""
-        ring = self.keyring
-        found = [_info(AUTHORITY_NAME, "authority", ring.authority.certificate)]
-        if ring.router.certificate.exists():
-            found.append(_info(ROUTER_NAME, "router", ring.router.certificate))
-        for name in ring.names():
-            password = ring.password_file(name).exists()
-            found.append(_info(name, "module", ring.module(name).certificate, password=password))
-        return found
+        """What `list_keys` finds."""
+        return list_keys(self.keyring)
 
     def _renew(self, name: str, days: int, more_hosts: Sequence[str]) -> None:
         ring = self.keyring
@@ -185,6 +178,21 @@ class Authority:
             builder = builder.add_extension(names, critical=False)
         signed = builder.sign(self._signer.private_key, hashes.SHA256())
         _write_pair(pair, signed, private_key, replace=replace)
+
+
+def list_keys(ring: Keyring) -> list[KeyInfo]:
+    """The authority, the router and the modules, with the ends of their validity.
+
+    Raises:
+        ConfigError: A certificate cannot be read.
+    """
+    found = [_info(AUTHORITY_NAME, "authority", ring.check_public(ring.authority.certificate))]
+    if ring.router.certificate.exists():
+        found.append(_info(ROUTER_NAME, "router", ring.router.certificate))
+    for name in ring.names():
+        password = ring.password_file(name).exists()
+        found.append(_info(name, "module", ring.module(name).certificate, password=password))
+    return found
 
 
 def _self_signed(private_key: ec.EllipticCurvePrivateKey) -> x509.Certificate:

@@ -11,6 +11,7 @@ from tca_bus._caller import Caller
 from tca_bus._errors import ConfigError, NoHandlerError, TcaError, TimedOutError
 from tca_bus._messages import MultiQuery
 from tca_bus._presence import PresentModule
+from tca_bus._rights import Right
 from tca_bus._types import answer_adapter
 from tca_bus._wire import decode_answer, encode_message
 
@@ -27,6 +28,7 @@ class Answers(Generic[R]):
 
     Raises:
         NoHandlerError: From the first step, no module here handles the message.
+        RefusedError: From the first step, this module may not send it.
         TimedOutError: At the end, nobody had answered or failed by then.
         ExceptionGroup: At the end, nobody answered; it has what they failed with.
     """
@@ -111,10 +113,12 @@ class Answers(Generic[R]):
         self._complain()
 
     def _providers(self, caller: Caller) -> list[PresentModule]:
+        name = self._message.wire_name
+        caller.core.permissions.check(caller.core.name, Right.SEND, name)
         table = caller.core.presence.table
-        providers = table.providers(self._message.wire_name)
+        providers = table.providers(name)
         if not providers:
-            raise NoHandlerError(self._message.wire_name, table.known_messages())
+            raise NoHandlerError(name, table.known_messages())
         return providers
 
     def _ask(self, caller: Caller, to: PresentModule) -> asyncio.Task[R]:

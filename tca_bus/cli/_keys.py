@@ -11,6 +11,7 @@ from cyclopts import App, Parameter
 from cyclopts.validators import Number
 
 from tca_bus._errors import ConfigError
+from tca_bus._keyring import Keyring
 from tca_bus._policy import CENTRAL
 from tca_bus._policy_file import read_policy
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
@@ -63,7 +64,7 @@ def make(
     authority = Authority.make(folder, hosts=host or (), days=days)
     for name in dict.fromkeys([CENTRAL, *modules, *listed]):
         authority.add_module(name, days=days)
-    _show(authority, flags)
+    _show(authority.keyring, flags)
 
 
 @keys_app.command
@@ -88,7 +89,7 @@ def add(
     authority = _authority(folder)
     for name in _some(modules):
         authority.add_module(name, days=days)
-    _show(authority, flags)
+    _show(authority.keyring, flags)
 
 
 @keys_app.command
@@ -105,7 +106,7 @@ def password(folder: Path, /, *modules: str, flags: BusFlags = DEFAULT_FLAGS) ->
     authority = _authority(folder)
     for name in _some(modules):
         authority.add_password(name)
-    _show(authority, flags)
+    _show(authority.keyring, flags)
 
 
 @keys_app.command
@@ -132,7 +133,7 @@ def renew(
     """
     authority = _authority(folder)
     authority.renew(names, days=days, hosts=host or ())
-    _show(authority, flags)
+    _show(authority.keyring, flags)
 
 
 @keys_app.command(name="list")
@@ -144,7 +145,7 @@ def list_(folder: Path, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
     folder
         A folder of 'tca keys make'.
     """
-    _show(_authority(folder), flags)
+    _show(Keyring(folder), flags)
 
 
 def _authority(folder: Path) -> Authority:
@@ -159,13 +160,15 @@ def _some(modules: Sequence[str]) -> Sequence[str]:
     return modules
 
 
-def _show(authority: Authority, flags: BusFlags) -> None:
-    rows = [_row(info) for info in authority.list()]
+def _show(ring: Keyring, flags: BusFlags) -> None:
+    from tca_bus._authority import list_keys  # noqa: PLC0415 - other commands need no cryptography
+
+    rows = [_row(info) for info in list_keys(ring)]
     if flags.json:
         emit_json(rows)
         return
     show_table(("name", "kind", "expires", "days", "password", "hosts"), map(_cells, rows))
-    emit(f"in {authority.keyring.folder}")
+    emit(f"in {ring.folder}")
 
 
 def _row(info: KeyInfo) -> dict[str, Any]:
