@@ -54,9 +54,13 @@ from tca_bus._monitor_spec import Condition, MonitorReport
 from tca_bus._multi import Answers
 from tca_bus._options import BusOptions
 from tca_bus._orders import HasPoints, Interval, Moment, Order, Point, TaskRef
+from tca_bus._permissions import Permissions
+from tca_bus._policy import Policy, Ruling
+from tca_bus._policy_file import read_policy
 from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import AwaitTime, Constraint, SimulatedTime, TaskState, TaskStatus
-from tca_bus._router import Router
+from tca_bus._rights import Right
+from tca_bus._router import Guard, Router
 from tca_bus._sending import SendOptions
 from tca_bus._steering import MonitorOptions
 from tca_bus._subscription import Subscription
@@ -87,6 +91,7 @@ __all__ = [
     "ExceptionContext",
     "Failure",
     "Goal",
+    "Guard",
     "HandlerFailedError",
     "HasPoints",
     "Inform",
@@ -105,7 +110,9 @@ __all__ = [
     "NoHandlerError",
     "Order",
     "PeerLostError",
+    "Permissions",
     "Point",
+    "Policy",
     "PresenceChange",
     "PresentModule",
     "Query",
@@ -113,7 +120,9 @@ __all__ = [
     "RefusedError",
     "Relation",
     "Resolution",
+    "Right",
     "Router",
+    "Ruling",
     "SendOptions",
     "SimulatedTime",
     "Subscription",
@@ -141,5 +150,6 @@ __all__ = [
     "did_you_mean",
     "near_matches",
     "near_or_all",
+    "read_policy",
     "tap",
 ]

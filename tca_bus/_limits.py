@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -13,6 +14,10 @@ MOST_MESSAGE_BYTES = 16 * 1024 * 1024
 
 ENVELOPE_BYTES = 4096
 """What an attachment and the frame of a task may add to a message, at the most."""
+
+
+LARGEST_PAYLOAD = MOST_MESSAGE_BYTES - ENVELOPE_BYTES
+"""Bytes of the biggest payload that passes a router."""
 
 
 @dataclass
@@ -34,20 +39,19 @@ class Meter:
             RefusedError: It says by how much.
         """
         check_size(name, size, limits)
-        for pattern, limit in limits.items():
-            self._check_rate(name, pattern, limit)
-        now = self.now()
-        self._last.update({p: now for p, limit in limits.items() if limit.hertz is not None})
+        rates = {p: limit.hertz for p, limit in limits.items() if limit.hertz is not None}
+        if rates:
+            now = self.now()
+            for pattern, hertz in rates.items():
+                self._check_rate(name, pattern, hertz, now)
+            self._last.update(dict.fromkeys(rates, now))
 
-    def _check_rate(self, name: str, pattern: str, limit: Limit) -> None:
-        last = self._last.get(pattern)
-        if limit.hertz is None or last is None:
-            return
-        since = self.now() - last
-        if since < 1.0 / limit.hertz:
+    def _check_rate(self, name: str, pattern: str, hertz: float, now: float) -> None:
+        since = now - self._last.get(pattern, -math.inf)
+        if since < 1.0 / hertz:
             why = (
                 f"it comes {since:.3g} s after the one before, and the policy allows "
-                f"{limit.hertz:g} per second (limits.{pattern})"
+                f"{hertz:g} per second (limits.{pattern})"
             )
             raise RefusedError(f"sending {name!r}", why)
 
@@ -58,9 +62,9 @@ def check_size(name: str, size: int, limits: dict[str, Limit]) -> None:
     Raises:
         RefusedError: It says how many it has and how many it may have.
     """
-    if size > MOST_MESSAGE_BYTES - ENVELOPE_BYTES:
-        most = MOST_MESSAGE_BYTES - ENVELOPE_BYTES
-        raise RefusedError(f"sending {name!r}", f"it has {size} bytes, and routers take {most}")
+    if size > LARGEST_PAYLOAD:
+        why = f"it has {size} bytes, and routers take {LARGEST_PAYLOAD}"
+        raise RefusedError(f"sending {name!r}", why)
     for pattern, limit in limits.items():
         if limit.bytes is not None and size > limit.bytes:
             allowed = f"the policy allows {limit.bytes} (limits.{pattern})"

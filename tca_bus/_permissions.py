@@ -10,11 +10,16 @@ from typing import Any
 
 from tca_bus._errors import RefusedError
 from tca_bus._limits import Meter, check_size
-from tca_bus._policy import ANYBODY, Policy, Ruling
+from tca_bus._policy import ANYBODY, Limit, Policy, Ruling
 from tca_bus._presence import PresentModule
 from tca_bus._rights import Right
 
 NO_POLICY = Ruling(allowed=True, reason="there is no policy")
+
+MOST_REMEMBERED = 4096
+"""Answers that are kept at hand: a module asks the same questions again and again."""
+
+Question = tuple[str, Right, str, str | None]
 
 
 class Permissions:
@@ -30,11 +35,27 @@ class Permissions:
         self.is_fixed = policy is not None
         self._meter = Meter(time.monotonic)
 
+    @property
+    def policy(self) -> Policy | None:
+        """The policy in force."""
+        return self._policy
+
+    @policy.setter
+    def policy(self, policy: Policy | None) -> None:
+        self._policy = policy
+        self._rulings: dict[Question, Ruling] = {}
+        self._limits: dict[tuple[str, str], dict[str, Limit]] = {}
+
     def rule(self, sender: str, right: Right, name: str, *, owner: str | None = None) -> Ruling:
         """Say whether ``sender`` may, and why; see `Policy.rule`."""
-        if self.policy is None:
+        if self._policy is None:
             return NO_POLICY
-        return self.policy.rule(sender, right, name, owner=owner)
+        question = (sender, right, name, owner)
+        ruling = self._rulings.get(question)
+        if ruling is None:
+            ruling = self._policy.rule(sender, right, name, owner=owner)
+            _remember(self._rulings, question, ruling)
+        return ruling
 
     def may(self, sender: str, right: Right, name: str, *, owner: str | None = None) -> bool:
         """Whether ``sender`` may."""
@@ -53,7 +74,7 @@ class Permissions:
             RefusedError: It may not; the error says what it may.
         """
         ruling = self.rule(sender, right, name, owner=owner)
-        if not ruling:
+        if not ruling.allowed:
             raise RefusedError(f"to {right.value} {name!r}", ruling.reason)
 
     def check_sending(self, sender: str, name: str, size: int) -> None:
@@ -62,9 +83,11 @@ class Permissions:
         Raises:
             RefusedError: It may not.
         """
-        self.check(sender, Right.SEND, name)
-        limits = self.policy.limits_of(sender, name) if self.policy is not None else {}
-        self._meter.check(name, size, limits)
+        if self._policy is None:
+            check_size(name, size, {})
+        else:
+            self.check(sender, Right.SEND, name)
+            self._meter.check(name, size, self._limits_of(sender, name))
 
     def check_task(self, sender: str, name: str, data: Mapping[str, Any]) -> None:
         """Refuse a goal or command that ``sender`` may not send, or not so big, or not so soon.
@@ -72,7 +95,7 @@ class Permissions:
         Raises:
             RefusedError: It may not.
         """
-        if self.policy is not None:
+        if self._policy is not None:
             self.check_sending(sender, name, len(json.dumps(data)))
 
     def check_task_size(self, sender: str, name: str, data: Mapping[str, Any]) -> None:
@@ -82,7 +105,7 @@ class Permissions:
             RefusedError: It may not.
         """
         self.check(sender, Right.SEND, name)
-        if self.policy is not None and (limits := self.policy.limits_of(sender, name)):
+        if limits := self._limits_of(sender, name):
             check_size(name, len(json.dumps(data)), limits)
 
     def check_answer(self, sender: str, name: str, size: int) -> None:
@@ -91,8 +114,7 @@ class Permissions:
         Raises:
             RefusedError: It is too big.
         """
-        limits = self.policy.limits_of(sender, name) if self.policy is not None else {}
-        check_size(f"the answer to {name}", size, limits)
+        check_size(f"the answer to {name}", size, self._limits_of(sender, name))
 
     def check_listening(self, sender: str, name: str, *, is_inform: bool) -> None:
         """Refuse to listen to a message of which ``sender`` may hear nobody's.
@@ -105,7 +127,23 @@ class Permissions:
 
     def vouch(self, module: PresentModule) -> PresentModule:
         """A module with only those of the messages it says it handles that it may handle."""
-        if self.policy is None:
+        if self._policy is None:
             return module
         names = tuple(n for n in module.provides if self.may(module.name, Right.SERVE, n))
         return replace(module, provides=names)
+
+    def _limits_of(self, sender: str, name: str) -> dict[str, Limit]:
+        if self._policy is None:
+            return {}
+        found = self._limits.get((sender, name))
+        if found is None:
+            found = self._policy.limits_of(sender, name)
+            _remember(self._limits, (sender, name), found)
+        return found
+
+
+def _remember(table: dict[Any, Any], key: object, value: object) -> None:
+    """Keep a value; a full table is emptied, for names that arrive may be endless."""
+    if len(table) >= MOST_REMEMBERED:
+        table.clear()
+    table[key] = value
