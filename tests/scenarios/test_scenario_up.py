@@ -14,14 +14,14 @@ from office_kit import free_port
 pytestmark = [pytest.mark.scenario, pytest.mark.process, pytest.mark.timeout(120)]
 
 
-async def spawn(port: int, *words: str) -> asyncio.subprocess.Process:
+async def spawn(port: int, *words: str, **more: str) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
         *words,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
-        env={**os.environ, "TCA_CONNECT": f"tcp/127.0.0.1:{port}", "TCA_REALM": "test"},
+        env={**os.environ, "TCA_CONNECT": f"tcp/127.0.0.1:{port}", "TCA_REALM": "test", **more},
     )
 
 
@@ -57,6 +57,31 @@ async def test_the_office_opens_serves_and_closes_without_a_trace(tmp_path: Path
     assert await up.wait() == 0
     await drain
     assert not [pid for pid in pids if is_alive(pid)]
+
+
+async def test_a_secure_office_delivers_and_shuts_strangers_out(tmp_path: Path):
+    tls = f"tls/127.0.0.1:{free_port()}"
+    words = ("rogue", "up", "--secure", "--speed", "max", "--data", str(tmp_path))
+    up = await spawn(0, *words, TCA_CONNECT=tls)
+    assert up.stderr is not None
+    async for line in up.stderr:
+        if b"The office is open" in line:
+            break
+    else:
+        pytest.fail("the office did not open")
+    drain = asyncio.create_task(up.stderr.read(), name="drain")
+    guest = {"TCA_CONNECT": tls, "TCA_KEYS": str(tmp_path / "keys")}
+    request = ("rogue", "request", "delivermail", "--user", "mitchell", "--wait")
+    delivered = await spawn(0, *request, **guest)
+    said, _ = await delivered.communicate()
+    assert (delivered.returncode, b"completed" in said) == (0, True)
+    drive = ("tca_bus", "inform", "xavierDrive", '{"tick": 0, "speed": 1, "turn": 0}')
+    stranger = await spawn(0, *drive, TCA_CONNECT=tls.replace("tls/", "tcp/"))
+    _, said = await stranger.communicate()
+    assert (stranger.returncode, b"closes the door" in said) == (7, True)
+    up.send_signal(signal.SIGTERM)
+    assert await up.wait() == 0
+    await drain
 
 
 async def test_a_map_that_is_not_there_is_named(tmp_path: Path):
