@@ -64,6 +64,8 @@ class Family:
 
 FAMILIES = (
     Family("query/{receiver}/*/{name}/{sender}", Traffic.ASKED, (Right.SERVE,)),
+    Family("call/{receiver}/*/{name}/{sender}", Traffic.PUT, (Right.SERVE,)),
+    Family("answer/{receiver}/*/{sender}", Traffic.PUT),
     Family("inform/{name}/{sender}", Traffic.PUT, (Right.SERVE, Right.LISTEN)),
     Family("broadcast/{name}/{sender}", Traffic.PUT, (Right.LISTEN,)),
     Family("task/{owner}/*", Traffic.PUBLISHED, (Right.WATCH,)),

@@ -244,6 +244,19 @@ def test_nothing_passes_on_another_realm(policy, me, name):
     assert not router.lets("put", "ingress", f"@/router/{name}")
 
 
+@FEW
+@given(POLICIES, st.sampled_from(MODULES), SENDERS, SENDERS)
+def test_calls_and_answers_go_from_and_to_their_names_only(policy, me, claimed, other):
+    router = RouterRules(policy, "realm", me)
+    is_me = me in policy.modules and is_owned(claimed, me)
+    assert router.lets("put", "ingress", f"realm/answer/{other}/1/{claimed}") is is_me
+    assert router.lets("put", "egress", f"realm/answer/{claimed}/1/{other}") is is_me
+    assert router.lets("declare_subscriber", "ingress", f"realm/answer/{claimed}/1/*") is is_me
+    assert router.lets("declare_subscriber", "ingress", f"realm/call/{claimed}/1/*/*") is is_me
+    may = is_me and policy.rule(claimed, Right.SEND, "go").allowed
+    assert router.lets("put", "ingress", f"realm/call/{other}/1/go/{claimed}") is may
+
+
 def test_only_central_orders_modules_about_whatever_a_star_allows():
     policy = Policy(modules={"tca": ModuleGrant(send=("*", "tca.*"))})
     for name in FROM_CENTRAL:
