@@ -8,14 +8,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from tca_bus._attachments import Attachment, Catch, CleanUp, Tap
 from tca_bus._errors import RefusedError
+from tca_bus._orders import Order
 from tca_bus._permissions import Permissions
 from tca_bus._policy import ANYBODY
 from tca_bus._protocol import SubmitTask, TaskStatus
 from tca_bus._rights import Right
+from tca_bus._tree_queries import Attach, PrepareTask
+from tca_bus.tasktree import Attached, Registered
 
 if TYPE_CHECKING:
     from tca_bus._central import Central
+
+
+def right_to_send(task: SubmitTask) -> Right:
+    """The right that a task needs of its sender."""
+    return Right.MONITOR if task.task_class == "monitor" else Right.SEND
 
 
 class Clerk:
@@ -44,10 +53,93 @@ class Clerk:
         """
         if not self.is_needed:
             return
-        self.permissions.check_task_size(task.sender, task.name, task.data)
-        parent = self._central.status(task.parent) if task.parent is not None else None
-        if parent is not None and parent.handler != task.sender:
-            self.check(task.sender, Right.EDIT, parent.id, parent)
+        self.permissions.check_task_size(
+            task.sender, task.name, task.data, right=right_to_send(task)
+        )
+        self.check_parent(task.sender, task.parent)
+        for what in task.attachments:
+            self._check_sent_for(task.sender, what)
+        if task.monitor is not None:
+            self.permissions.check(task.sender, Right.SEND, task.monitor.action.name)
+        self.check_orders(task.sender, task.orders, own=task.id)
+
+    def check_prepare(self, order: PrepareTask) -> None:
+        """Refuse a place for a task that its sender may not send, or not there.
+
+        Raises:
+            RefusedError: It may not.
+        """
+        self.permissions.check(order.sender, Right.SEND, order.name)
+        self.check_parent(order.sender, order.parent)
+
+    def check_parent(self, sender: str, id: str | None) -> None:
+        """Refuse a child below a task that ``sender`` neither handles nor sent nor may edit.
+
+        Raises:
+            RefusedError: It may not.
+        """
+        if not self.is_needed or id is None:
+            return
+        parent = self._central.status(id)
+        if parent is not None and parent.handler != sender:
+            self.check(sender, Right.EDIT, id, parent)
+
+    def check_orders(self, sender: str, orders: Iterable[Order], *, own: str = "") -> None:
+        """Refuse constraints that hold tasks, other than ``own``, that ``sender`` may not edit.
+
+        Raises:
+            RefusedError: It may not.
+        """
+        if not self.is_needed:
+            return
+        for order in orders:
+            held = [order.then.task]
+            if order.first is not None and order.relation == "=":
+                held.append(order.first.task)
+            for id in held:
+                if id != own:
+                    self.check(sender, Right.EDIT, id)
+
+    def check_attach(self, sender: str, question: Attach) -> None:
+        """Refuse what ``sender`` may not attach there, or what it may not have sent.
+
+        Raises:
+            RefusedError: It may not.
+        """
+        if not self.is_needed:
+            return
+        self._check_sent_for(sender, question.what)
+        right = Right.TAP if question.what.kind == "tap" else Right.EDIT
+        if question.to_task is not None:
+            self.check(sender, right, question.to_task)
+        elif question.to_message is not None:
+            self.permissions.check(sender, right, question.to_message)
+
+    def check_detach(self, sender: str, entry: Registered | Attached) -> None:
+        """Refuse to take away what is neither of ``sender`` nor on what it may edit.
+
+        Raises:
+            RefusedError: It may not.
+        """
+        if not self.is_needed or getattr(entry.what, "owner", None) == sender:
+            return
+        if isinstance(entry, Registered):
+            self.permissions.check(sender, Right.EDIT, entry.message)
+        else:
+            self.check(sender, Right.EDIT, entry.id)
+
+    def may_see(self, sender: str, id: str) -> bool:
+        """Whether ``sender`` may be told of a task that is alive."""
+        status = self._central.status(id)
+        return not self.is_needed or (status is not None and self._may_watch(sender, status))
+
+    def _check_sent_for(self, sender: str, what: Attachment) -> None:
+        """Central sends it for ``sender``: that gives nobody a right that it has not got."""
+        match what:
+            case Tap(listener=sending) | CleanUp(sending=sending):
+                self.permissions.check(sender, Right.SEND, sending.name)
+            case Catch(handler=name):
+                self.permissions.check(sender, Right.SEND, name)
 
     def check(self, sender: str, right: Right, id: str, ended: TaskStatus | None = None) -> None:
         """Refuse what ``sender`` may not do with a task, alive or ended.

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tca_bus._attachments import Attachment
+from tca_bus._central_clerk import Clerk
 from tca_bus._central_past import without_past
 from tca_bus._context import Context
 from tca_bus._errors import RefusedError, TaskError, did_you_mean
 from tca_bus._module import Module
 from tca_bus._orders import Order
 from tca_bus._protocol import TaskStatus
+from tca_bus._rights import Right
 from tca_bus._tree_queries import (
     Attach,
     Attached,
@@ -52,6 +54,7 @@ class SteeringDesk:
 
     def __init__(self, central: Central) -> None:
         self._central = central
+        self._clerk = Clerk(central)
 
     def serve(self, module: Module) -> None:
         """Register the handlers."""
@@ -73,15 +76,17 @@ class SteeringDesk:
         if order.sender != context.sender:
             why = f"it names {order.sender!r} as its sender but comes from {context.sender!r}"
             raise RefusedError(f"task {order.id}", why)
+        self._clerk.check_prepare(order)
         central.tree.check_prepare(order.id, order.parent)
         facts = (order.id, order.name, order.task_class, order.sender, order.parent)
         await central.happen(Prepared(central.now(), *facts))
         return self._status(order.id)
 
-    async def constrain(self, question: ConstrainTasks, _: Context) -> int:
+    async def constrain(self, question: ConstrainTasks, context: Context) -> int:
         """Add constraints, all or none."""
         central = self._central
         await central.ready.wait()
+        self._clerk.check_orders(context.sender, question.orders)
         effective = await without_past(central, question.orders)
         self._check_together(effective)
         for order in effective:
@@ -90,24 +95,28 @@ class SteeringDesk:
             await kept
         return sum(central.tree.holds(order) for order in effective)
 
-    async def suspend(self, order: SuspendTask, _: Context) -> TaskStatus:
+    async def suspend(self, order: SuspendTask, context: Context) -> TaskStatus:
         """Suspend a task or resume it."""
+        await self._check(context, Right.SUSPEND, order.id)
         kind = Resumed if order.resume else Suspended
         return await self._change(order.id, kind(self._central.now(), order.id))
 
-    async def prioritize(self, order: PrioritizeTask, _: Context) -> TaskStatus:
+    async def prioritize(self, order: PrioritizeTask, context: Context) -> TaskStatus:
         """Change a priority."""
+        await self._check(context, Right.PRIORITISE, order.id)
         change = Prioritized(self._central.now(), order.id, order.priority)
         return await self._change(order.id, change)
 
-    async def retry(self, order: RetryTask, _: Context) -> TaskStatus:
+    async def retry(self, order: RetryTask, context: Context) -> TaskStatus:
         """Have a task handled again."""
+        await self._check(context, Right.EDIT, order.id)
         return await self._change(order.id, Retried(self._central.now(), order.id))
 
     async def attach(self, question: Attach, context: Context) -> Attached:
         """Attach something to a task or to a message."""
         central = self._central
         await central.ready.wait()
+        self._clerk.check_attach(context.sender, question)
         what = self._owned(question.what, context)
         central.tree.check_attachment(what)
         if (question.to_task is None) == (question.to_message is None):
@@ -123,12 +132,13 @@ class SteeringDesk:
             await central.happen(Registered(central.now(), question.to_message or "", what))
         return Attached(to_task=question.to_task, to_message=question.to_message, what=what)
 
-    async def detach(self, question: Detach, _: Context) -> bool:
+    async def detach(self, question: Detach, context: Context) -> bool:
         """Take an attachment away."""
         central = self._central
         await central.ready.wait()
         for entry in central.tree.attachments():
             if entry.what.id == question.id:
+                self._clerk.check_detach(context.sender, entry)
                 if isinstance(entry, Registered):
                     await central.happen(Deregistered(central.now(), question.id))
                 else:
@@ -136,22 +146,26 @@ class SteeringDesk:
                 return True
         return False
 
-    async def attachments(self, _: ListAttachments, __: Context) -> list[Attached]:
-        """What is attached to messages and to living tasks."""
+    async def attachments(self, _: ListAttachments, context: Context) -> list[Attached]:
+        """What is attached to messages, and to living tasks that the asker may watch."""
         await self._central.ready.wait()
         return [
             Attached(to_task=None, to_message=entry.message, what=entry.what)
             if isinstance(entry, Registered)
             else Attached(to_task=entry.id, to_message=None, what=entry.what)
             for entry in self._central.tree.attachments()
+            if isinstance(entry, Registered) or self._clerk.may_see(context.sender, entry.id)
         ]
 
-    async def relative(self, question: FindRelative, _: Context) -> TaskStatus | None:
+    async def relative(self, question: FindRelative, context: Context) -> TaskStatus | None:
         """Walk the tree."""
         await self._alive(question.id)
         tree = self._central.tree
         found = find_relative(tree, question.id, question.relation, question.name)
-        return None if found is None else tree.status(found)
+        if found is None:
+            return None
+        self._clerk.check_watch(context.sender, tree.status(found))
+        return tree.status(found)
 
     async def trigger(self, report: Trigger, context: Context) -> bool:
         """A monitor's condition is satisfied."""
@@ -167,6 +181,10 @@ class SteeringDesk:
         await central.happen(Triggered(central.now(), *facts))
         alive = central.tree.is_current(report.id, report.attempt)
         return alive and node.watch is not None and not node.watch.expired
+
+    async def _check(self, context: Context, right: Right, id: str) -> None:
+        await self._central.ready.wait()
+        self._clerk.check(context.sender, right, id)
 
     async def _change(self, id: str, event: Event) -> TaskStatus:
         await self._alive(id)

@@ -77,7 +77,9 @@ class Permissions:
         if not ruling.allowed:
             raise RefusedError(f"to {right.value} {name!r}", ruling.reason)
 
-    def check_sending(self, sender: str, name: str, size: int) -> None:
+    def check_sending(
+        self, sender: str, name: str, size: int, *, right: Right = Right.SEND
+    ) -> None:
         """Refuse a message that ``sender`` may not send, or not so big, or not so soon.
 
         Raises:
@@ -86,25 +88,29 @@ class Permissions:
         if self._policy is None:
             check_size(name, size, {})
         else:
-            self.check(sender, Right.SEND, name)
+            self.check(sender, right, name)
             self._meter.check(name, size, self._limits_of(sender, name))
 
-    def check_task(self, sender: str, name: str, data: Mapping[str, Any]) -> None:
+    def check_task(
+        self, sender: str, name: str, data: Mapping[str, Any], *, right: Right = Right.SEND
+    ) -> None:
         """Refuse a goal or command that ``sender`` may not send, or not so big, or not so soon.
 
         Raises:
             RefusedError: It may not.
         """
         if self._policy is not None:
-            self.check_sending(sender, name, len(json.dumps(data)))
+            self.check_sending(sender, name, len(json.dumps(data)), right=right)
 
-    def check_task_size(self, sender: str, name: str, data: Mapping[str, Any]) -> None:
+    def check_task_size(
+        self, sender: str, name: str, data: Mapping[str, Any], *, right: Right = Right.SEND
+    ) -> None:
         """Refuse a goal or command of another module that it may not send, or not so big.
 
         Raises:
             RefusedError: It may not.
         """
-        self.check(sender, Right.SEND, name)
+        self.check(sender, right, name)
         if limits := self._limits_of(sender, name):
             check_size(name, len(json.dumps(data)), limits)
 

@@ -29,6 +29,7 @@ from tca_bus._handle import TaskHandle
 from tca_bus._messages import Query
 from tca_bus._presence import PresenceChange
 from tca_bus._protocol import FindTask, KillTask, SubmitTask, TaskStatus
+from tca_bus._rights import Right
 from tca_bus._topics import Arrival, Topics
 from tca_bus._types import answer_adapter
 from tca_bus._wire import build, decode_answer, encode_message
@@ -88,7 +89,8 @@ class TaskSender:
             TimedOutError: No acknowledgement within ``timeout``; it may have been made.
             BusGoneError: The router was away for the rest of that time.
         """
-        self.core.permissions.check_task(self.core.name, task.name, task.data)
+        right = Right.MONITOR if task.task_class == "monitor" else Right.SEND
+        self.core.permissions.check_task(self.core.name, task.name, task.data, right=right)
         task = task.model_copy(update={"traceparent": sending_traceparent()})
         status = await self.ask_central(task, timeout=timeout)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
