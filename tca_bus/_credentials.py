@@ -80,6 +80,12 @@ def credentials_for(options: BusOptions, module: str) -> Credentials:
         pair = ring.module(owner)
         ring.check_private(pair.private_key)
         return Credentials(authority, pair)
+    if not encrypted and not ring.password_file(owner).exists():
+        expected = (
+            f"one with a password for {owner!r} ('tca keys password'), since {options.connect} is "
+            "not encrypted; certificates are for an endpoint tls/HOST:PORT"
+        )
+        raise ConfigError("--keys", str(options.keys), expected)
     return Credentials(authority, user=owner, password=ring.read_password(owner))
 
 

@@ -61,10 +61,12 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
     warn once.
 
     Raises:
-        ConfigError: The name, or that of a resource, cannot be a part of a key.
+        ConfigError: The name, or that of a resource, cannot be a part of a key, or the keys for it
+            cannot be used.
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
-        RefusedError: On entering, it is ``sole`` and another has its name; out of a background
-            task when that turns out later.
+        RefusedError: On entering, it is ``sole`` and another has its name; or the router does not
+            let it in, or not under this name; or the policy does not let it handle a message that
+            it has a handler for. Out of a background task when that turns out later.
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import stat
-import subprocess
-import sys
+from dataclasses import dataclass
 
 import pytest
 from cryptography import x509
@@ -17,6 +16,8 @@ from tca_bus._authority import Authority
 from tca_bus._credentials import credentials_for, router_transport
 from tca_bus._keyring import Keyring, is_owned, owner_among
 from tca_bus.cli._flags import BusFlags, bus_options
+from tca_bus.cli._run import run_app
+from tca_bus.cli.tca import app
 from tca_bus.launcher import provide_keys
 from tca_bus.launcher._office import environment
 
@@ -32,10 +33,23 @@ def certificate(pair):
     return x509.load_pem_x509_certificate(pair.certificate.read_bytes())
 
 
-def tca(*words):
-    return subprocess.run(
-        [sys.executable, "-m", "tca_bus", *words], capture_output=True, text=True, check=False
-    )
+@dataclass
+class Ran:
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def tca(capsys):
+    """The command line, in this process."""
+
+    def run(*words):
+        with pytest.raises(SystemExit) as ended:
+            run_app(app, words)
+        return Ran(ended.value.code, *capsys.readouterr())
+
+    return run
 
 
 def test_private_files_are_readable_by_their_owner_only(folder):
@@ -145,7 +159,7 @@ def test_what_is_missing_is_named(folder, tmp_path):
         credentials_for(at, "navigat-12")
     with pytest.raises(ConfigError, match=r"authority\.pem"):
         credentials_for(tls.model_copy(update={"keys": tmp_path}), "navigate")
-    with pytest.raises(ConfigError, match="password"):
+    with pytest.raises(ConfigError, match="tls/HOST:PORT"):
         credentials_for(BusOptions(keys=folder), "navigate")
     with pytest.raises(ConfigError, match=r"users\.txt"):
         router_transport(folder, "tcp/localhost:1", "password")
@@ -210,8 +224,7 @@ def test_flags_become_options(folder):
     assert options.password.get_secret_value() == "secret"
 
 
-@pytest.mark.process
-def test_the_command_line_makes_adds_lists_and_renews(tmp_path):
+def test_the_command_line_makes_adds_lists_and_renews(tca, tmp_path):
     folder = str(tmp_path / "keys")
     policy = tmp_path / "policy.toml"
     policy.write_text("[modules.navigate]\nserve = ['navigateToG']\n")
@@ -242,8 +255,7 @@ def test_the_command_line_makes_adds_lists_and_renews(tmp_path):
     assert "authority.pem" in tca("keys", "list", folder).stderr
 
 
-@pytest.mark.process
-def test_the_command_line_shows_and_asks_a_policy(tmp_path):
+def test_the_command_line_shows_and_asks_a_policy(tca, tmp_path):
     policy = tmp_path / "policy.toml"
     policy.write_text("[modules.navigate]\nserve = ['navigateToG']\nkill = ['*@rogue']\n")
     shown = json.loads(tca("policy", str(policy), "navigate", "--json").stdout)
