@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from tca_bus._keyring import owner_among
 from tca_bus._keys import FAMILIES, Family, Traffic
 from tca_bus._limits import ENVELOPE_BYTES
 from tca_bus._policy import CENTRAL, FROM_CENTRAL, GUARDED, Policy
@@ -83,6 +84,16 @@ def access_control(policy: Policy | None, realm: str, *, by: IdentifiedBy) -> di
             for rules in gathered
         ],
     }
+
+
+def audible(policy: Policy, module: str) -> list[str]:
+    """The keys, without the realm, that a module may subscribe to; the widest that it may."""
+    owner = owner_among(module, policy.modules)
+    if owner is None:
+        return []
+    rules = _allowed(policy, owner)
+    keys = [key for messages, _, key in rules if "declare_subscriber" in messages]
+    return list(dict.fromkeys(["presence/**", *keys]))
 
 
 def size_limits(policy: Policy, realm: str) -> list[dict[str, Any]]:
@@ -185,13 +196,15 @@ def _receiving(family: Family, policy: Policy, module: str) -> Iterator[Rule]:
 
 
 def _watching(family: Family, policy: Policy, module: str) -> Iterator[Rule]:
-    own = _names_of(module)
-    for right in family.needs:
-        owners = [n for p in policy.patterns(module, right) for n in as_module_chunks(p)]
-        for owner in [*own, *owners]:
-            key = family.shape.format(owner=owner)
-            yield ("declare_subscriber", "query"), IN, key
-            yield ("put", "delete", "reply"), OUT, key
+    patterns = [p for right in family.needs for p in policy.patterns(module, right)]
+    if "{owner}" in family.shape:
+        chunks = [*_names_of(module), *(n for p in patterns for n in as_module_chunks(p))]
+    else:
+        chunks = [as_chunk(p) for p in patterns]
+    for chunk in chunks:
+        key = family.shape.format(owner=chunk, name=chunk)
+        yield ("declare_subscriber", "query"), IN, key
+        yield ("put", "delete", "reply"), OUT, key
 
 
 def _denied(policy: Policy, module: str) -> Iterator[Rule]:

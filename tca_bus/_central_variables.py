@@ -12,6 +12,7 @@ import aiosqlite
 from tca_bus._context import Context
 from tca_bus._journal import Journal
 from tca_bus._module import Module
+from tca_bus._rights import Right
 from tca_bus._tasks import CENTRAL
 from tca_bus._variable_store import load_variables, save_changes
 from tca_bus._variables import (
@@ -76,6 +77,7 @@ class VariableDesk:
     async def change(self, order: SetVariable, context: Context) -> VariableChange:
         """Set a variable, or say again what the same change did before."""
         await self._ready.wait()
+        self._module.permissions.check(context.sender, Right.WRITE, order.name)
         change = self._table.made(order.change)
         if change is None:
             change = self._table.apply(order, writer=context.sender, now=time.time())
@@ -83,17 +85,19 @@ class VariableDesk:
         await self._committed()
         return change
 
-    async def find(self, question: GetVariable, _: Context) -> VariableState:
+    async def find(self, question: GetVariable, context: Context) -> VariableState:
         """The state of a variable."""
         await self._ready.wait()
+        self._module.permissions.check(context.sender, Right.READ, question.name)
         state = self._table.get(question.name)
         await self._committed()
         return state
 
-    async def everything(self, _question: ListVariables, _context: Context) -> list[VariableState]:
-        """All variables."""
+    async def everything(self, _: ListVariables, context: Context) -> list[VariableState]:
+        """All variables that the asker may read."""
         await self._ready.wait()
-        states = self._table.all()
+        may = self._module.permissions.may
+        states = [s for s in self._table.all() if may(context.sender, Right.READ, s.name)]
         await self._committed()
         return states
 

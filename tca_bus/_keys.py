@@ -53,8 +53,8 @@ class Family:
 
     In ``shape`` the names ``{sender}``, ``{receiver}``, ``{owner}`` and ``{name}`` stand for
     what an access rule puts there. ``needs`` are the rights of which a receiver needs one, by
-    ``{name}`` or, where there is an owner, by ``{owner}``. A receiver with a chunk of its own
-    declares everything below that chunk.
+    ``{name}`` or, where there is an owner, by ``{owner}``, who needs none. A receiver with a
+    chunk of its own declares everything below that chunk.
     """
 
     shape: str
@@ -69,6 +69,7 @@ FAMILIES = (
     Family("inform/{name}/{sender}", Traffic.PUT, (Right.SERVE, Right.LISTEN)),
     Family("broadcast/{name}/{sender}", Traffic.PUT, (Right.LISTEN,)),
     Family("task/{owner}/*", Traffic.PUBLISHED, (Right.WATCH,)),
+    Family("variable/{name}", Traffic.PUBLISHED, (Right.READ,)),
 )
 """Everything that passes on the bus but presence and the policy itself."""
 

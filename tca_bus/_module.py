@@ -105,7 +105,7 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
                 raises this.
         """
         if self._open is not None:
-            self._open.check_serving(message_type)
+            self._open.check_serving(message_type, message_type.wire_name)
         handler = self._handlers.add(message_type, function, capacity=capacity)
         if self._open is not None:
             self._open.attend(handler)
@@ -125,6 +125,8 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         """
 
         def register(function: HandlerT) -> HandlerT:
+            if self._open is not None:
+                self._open.check_serving(exception, name)
             self._handlers.add(exception, function, capacity=capacity, name=name)
             if self._open is not None:
                 self._open.announce()

@@ -117,7 +117,7 @@ class Parts:
     def attend(self, handler: Handler) -> None:
         """Begin to run the handler of a one-way message; others are found when asked for."""
         kind = handler.message_type
-        self.check_serving(kind)
+        self.check_serving(kind, handler.name)
         if kind.message_class not in ONE_WAY or self.handlers.is_held:
             return
         queue = Subscription[Arrival[Any]](kind.wire_name, _no_source, size=HANDLER_QUEUE)
@@ -133,14 +133,14 @@ class Parts:
             text = f"handler of {queue.name} does not keep up: {queue.waiting} wait, the oldest"
             self.core.tally.complain(f"queue of {queue.name}", f"{text} is dropped")
 
-    def check_serving(self, kind: type[Message]) -> None:
-        """Refuse to handle a message that this module may not handle.
+    def check_serving(self, kind: type[Message], name: str) -> None:
+        """Refuse to handle, under a name, a message that this module may not handle.
 
         Raises:
             RefusedError: It may not.
         """
         if kind.message_class != MessageClass.BROADCAST:
-            self.core.permissions.check(self.core.name, Right.SERVE, kind.wire_name)
+            self.core.permissions.check(self.core.name, Right.SERVE, name)
 
     async def learn_policy(self) -> None:
         """Ask the router who may do what; one that lets everybody in has no policy.

@@ -15,6 +15,7 @@ from typing import IO, Any
 import zenoh
 from zenoh.handlers import Callback
 
+from tca_bus._access import audible
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._errors import TcaError
 from tca_bus._messages import Message
@@ -109,9 +110,15 @@ class Recorder:
     async def run(self, duration: float | None = None) -> None:
         """Record for so many wall seconds, or until cancelled; the file is complete after it.
 
+        Behind a policy it records what the module may hear.
+
         Raises:
             RecordingError: The file cannot be written any more.
+            RefusedError: The module may hear nothing of what is selected.
         """
+        policy = self.module.permissions.policy
+        if policy is not None:
+            self.selection = self.selection.within(audible(policy, self.module.name))
         await self._learn(self.module.modules())
         with self._listening():
             await self.module.core.session.settle(self.module.core.keys.all_presence())

@@ -10,7 +10,7 @@ from itertools import islice
 
 import zenoh
 
-from tca_bus._errors import ConfigError
+from tca_bus._errors import ConfigError, RefusedError
 from tca_bus._module import Module
 from tca_bus._recording import PRESENCE, Passed
 from tca_bus._selection import Selection
@@ -94,7 +94,11 @@ class Replayer:
 
         Raises:
             RecordingError: The recording is damaged; what comes before was replayed.
+            RefusedError: There is a policy: nobody sends in the names of others.
         """
+        if self.module.permissions.policy is not None:
+            why = "it sends in the names of others, and the router has a policy; use one without"
+            raise RefusedError("a replay", why)
         messages = iter(recording)
         begin, first = asyncio.get_running_loop().time(), None
         try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import zenoh
 
-from tca_bus._errors import ConfigError
+from tca_bus._errors import ConfigError, RefusedError
 from tca_bus._options import CHUNK_PATTERN
 
 KINDS = ("inform", "broadcast", "task", "presence")
@@ -34,6 +34,15 @@ class Selection:
         """
         found = [expression for word in words for expression in _expressions(word)]
         return cls(tuple(_without_included(found))) if found else cls()
+
+    def within(self, audible: Sequence[str]) -> Selection:
+        """What is selected of the keys that may be listened to.
+
+        Raises:
+            RefusedError: An expression selects nothing of them.
+        """
+        found = [one for wanted in self.expressions for one in _audible(wanted, audible)]
+        return Selection(tuple(_without_included(found)))
 
     def includes(self, key: str) -> bool:
         """Whether a key without its realm is selected."""
@@ -62,6 +71,18 @@ def _expressions(word: str) -> list[str]:
     if expression.split("/", maxsplit=1)[0] == "query":
         raise ConfigError("KEY", word, "no query: those go to one module and cannot be listened to")
     return [expression]
+
+
+def _audible(wanted: str, audible: Sequence[str]) -> list[str]:
+    """The expression itself, or what may be heard of it: a router refuses a wider one whole."""
+    whole = zenoh.KeyExpr(wanted)
+    if any(zenoh.KeyExpr(key).includes(whole) for key in audible):
+        return [wanted]
+    heard = [key for key in audible if whole.includes(zenoh.KeyExpr(key))]
+    if not heard:
+        why = "the policy lets this module hear nothing of it ('listen', 'watch' and 'read')"
+        raise RefusedError(f"listening to {wanted}", why)
+    return heard
 
 
 def _without_included(expressions: Sequence[str]) -> list[str]:

@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 from tca_bus._errors import ClosedError, NeverSetError, TcaError
 from tca_bus._parts import Parts
 from tca_bus._presence import PresenceChange
+from tca_bus._rights import Right
 from tca_bus._tasks import CENTRAL, OUT_OF_REACH
 from tca_bus._topics import Arrival
 from tca_bus._variables import GetVariable, Reading, Variable, VariableState
@@ -39,6 +40,7 @@ class VariableWatch(Generic[T]):
     router or of central the value is read again, so the latest one is never missed.
 
     Raises:
+        RefusedError: On entering, this module may not read it.
         InvalidMessageError: From the iterator, a value is not of the declared type; the watch
             goes on.
     """
@@ -58,6 +60,7 @@ class VariableWatch(Generic[T]):
         if self._closed or self._ends:
             raise ClosedError(f"watch of {self.variable.name}")
         parts = self._parts()
+        parts.core.permissions.check(parts.core.name, Right.READ, self.variable.name)
         key = parts.core.keys.variable(self.variable.name)
         self._ends = [
             parts.topics.listen(key, _decode, self._take),
