@@ -6,7 +6,7 @@ refused. Pure: no files, no bus.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -17,12 +17,14 @@ from tca_bus._keyring import is_owned, owner_among
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
 from tca_bus._rights import (
     BUS_PREFIX,
+    OF_THINGS,
     OWN_TASKS,
     OWNED_EXPECTED,
     PATTERN_EXPECTED,
     Right,
     is_pattern,
     matches,
+    matches_message,
     matches_module,
 )
 
@@ -165,7 +167,7 @@ class Policy(BaseModel):
 
     def limits_of(self, sender: str, name: str) -> dict[str, Limit]:
         """The limits that a message of a module has to keep, by their patterns."""
-        return {p: limit for p, limit in self.limits.items() if _fits(p, name, sender)}
+        return {p: limit for p, limit in self.limits.items() if _fits(p, name, sender, Right.SEND)}
 
     def _rule_of_the_bus(self, module: str, right: Right, name: str) -> Ruling | None:
         """The bus's own messages: all but some may be sent, heard and served by all."""
@@ -189,7 +191,7 @@ class Policy(BaseModel):
     def _rule_of_grants(self, module: str, right: Right, name: str, owner: str | None) -> Ruling:
         what = f"{right.value} {_shown(name, owner)}"
         for where, pattern in self._granted(module, right):
-            if _fits(pattern, name, owner, is_module=right == Right.WATCH):
+            if _fits(pattern, name, owner, right):
                 return Ruling(allowed=True, reason=f"{where} has {pattern!r}")
         granted = self.patterns(module, right)
         only = f"only {', '.join(map(repr, granted))}" if granted else "nothing of that kind"
@@ -233,11 +235,17 @@ class Policy(BaseModel):
                 )
 
 
-def _fits(pattern: str, name: str, owner: str | None, *, is_module: bool = False) -> bool:
+def _fits(pattern: str, name: str, owner: str | None, right: Right) -> bool:
     of_name, at, of_owner = pattern.partition("@")
-    if not (matches_module(of_name, name) if is_module else matches(of_name, name)):
+    if not _matcher(right)(of_name, name):
         return False
     return not at or owner == ANYBODY or (owner is not None and matches_module(of_owner, owner))
+
+
+def _matcher(right: Right) -> Callable[[str, str], bool]:
+    if right == Right.WATCH:
+        return matches_module
+    return matches if right in OF_THINGS else matches_message
 
 
 def _shown(name: str, owner: str | None) -> str:

@@ -1,7 +1,7 @@
 """The rights that a policy gives, and the patterns that say for what.
 
 A pattern is a name in which ``*`` stands for any letters, and for some rights an ``@`` and the
-pattern of a module: ``navigate*@rogue``. The names of the bus itself begin with ``tca.``; only
+pattern of a module: ``navigate*@rogue``. The messages of the bus itself begin with ``tca.``; only
 patterns that begin so match them.
 """
 
@@ -61,6 +61,9 @@ OWNED = frozenset(
     {Right.LISTEN, Right.KILL, Right.SUSPEND, Right.PRIORITISE, Right.EDIT, Right.TAP}
 )
 
+OF_THINGS = frozenset({Right.LOCK, Right.READ, Right.WRITE})
+"""Those that are about the name of a thing, not of a message or a module."""
+
 OWN_TASKS = OWNED - {Right.LISTEN} | {Right.WATCH}
 """What every module may do with the tasks that it sent itself."""
 
@@ -71,16 +74,19 @@ def is_pattern(text: str) -> bool:
 
 
 def matches(pattern: str, name: str) -> bool:
-    """Whether a name fits a pattern; see the module's first lines for ``tca.``."""
-    if name.startswith(BUS_PREFIX) and not pattern.startswith(BUS_PREFIX):
-        return False
+    """Whether the name of a thing fits a pattern."""
     return _compiled(pattern).fullmatch(name) is not None
+
+
+def matches_message(pattern: str, name: str) -> bool:
+    """Whether the name of a message fits; see the module's first lines for ``tca.``."""
+    of_the_bus = name.startswith(BUS_PREFIX) and not pattern.startswith(BUS_PREFIX)
+    return not of_the_bus and matches(pattern, name)
 
 
 def matches_module(pattern: str, module: str) -> bool:
     """Whether the name of a module, with or without what follows a ``-``, fits a pattern."""
-    whole = _compiled(pattern).fullmatch(module)
-    return whole is not None or _compiled(f"{pattern}-*").fullmatch(module) is not None
+    return matches(pattern, module) or matches(f"{pattern}-*", module)
 
 
 def as_chunk(pattern: str) -> str:

@@ -20,7 +20,7 @@ from tca_bus._permissions import Permissions
 from tca_bus._policy import FROM_CENTRAL, Grant, Limit, ModuleGrant, Policy
 from tca_bus._policy_file import read_policy
 from tca_bus._presence import PresentModule
-from tca_bus._rights import OWN_TASKS, OWNED, Right, as_chunk, is_pattern, matches
+from tca_bus._rights import OWN_TASKS, OWNED, Right, as_chunk, is_pattern, matches, matches_module
 
 OFFICE = Policy.model_validate(
     {
@@ -46,7 +46,7 @@ OWNED_PATTERNS = st.one_of(PATTERNS, st.builds("{}@{}".format, PATTERNS, st.samp
 
 FEW = settings(max_examples=60, deadline=None)
 
-SOME_RIGHTS = (Right.SEND, Right.SERVE, Right.LISTEN, Right.WATCH, Right.KILL)
+SOME_RIGHTS = (Right.SEND, Right.SERVE, Right.LISTEN, Right.WATCH, Right.KILL, Right.READ)
 
 
 def grants(kind=Grant):
@@ -112,7 +112,8 @@ def test_what_is_allowed_is_listed_owned_or_of_the_bus(policy, sender, right, na
     is_own = right in OWN_TASKS and owned is not None and is_owned(owned, module)
     of_the_bus = name.startswith("tca.") and right in {Right.SEND, Right.SERVE, Right.LISTEN}
     names = [p.partition("@")[0] for p in policy.patterns(module, right)]
-    assert not ruling or is_own or of_the_bus or any(matches(p, name) for p in names)
+    fits = matches_module if right == Right.WATCH else matches
+    assert not ruling or is_own or of_the_bus or any(fits(p, name) for p in names)
 
 
 @FEW
@@ -234,6 +235,16 @@ def test_the_router_binds_a_presence_to_its_name(policy, me, claimed):
     assert router.lets("liveliness_token", "ingress", KEYS.presence(callee(claimed))) is may
     assert router.lets("query", "ingress", KEYS.policy(claimed)) is may
     assert router.lets("query", "ingress", KEYS.policy())
+
+
+@FEW
+@given(POLICIES, st.sampled_from(MODULES), CHUNKS)
+def test_the_router_shows_the_variables_that_the_policy_lets_read(policy, me, name):
+    router = RouterRules(policy, "realm", me)
+    may = me in policy.modules and policy.rule(me, Right.READ, name).allowed
+    assert router.lets("put", "egress", KEYS.variable(name)) is may
+    assert router.lets("query", "ingress", KEYS.variable(name)) is may
+    assert not router.lets("put", "ingress", KEYS.variable(name))
 
 
 @FEW
