@@ -7,6 +7,7 @@ import json
 import logging
 import re
 import socket
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -23,16 +24,33 @@ DEFAULT_LISTEN = "tcp/127.0.0.1:7447"
 MOST_MESSAGE_BYTES = 16 * 1024 * 1024
 """Bigger messages vanish at the router; the link stays up."""
 
+MOST_SESSIONS = 10_000
+"""Zenoh's own limit of 1,000 would leave out a thousandth module, and central with it."""
+
+LINK_RETRY = {"period_init_ms": 400, "period_max_ms": 400, "period_increase_factor": 1}
+"""How a lost link to another router is opened again. Routers count anew which way leads where
+100 ms after a change; one that came back sooner would be taken for the one before, and never be
+told of the tokens beyond the link."""
+
 PORT_TRIES = 5
 
 _TCP = re.compile(r"^tcp/(?P<host>.+):(?P<port>\d+)$")
 
 
-def router_config(endpoint: str) -> zenoh.Config:
-    """The Zenoh configuration of the router: no discovery, an admin space, bounded messages."""
+def router_config(endpoint: str, links: Sequence[str] = ()) -> zenoh.Config:
+    """The Zenoh configuration of the router: no discovery, an admin space, bounded messages.
+
+    It connects to the routers at ``links``, whenever they can be reached.
+    """
     settings: dict[str, Any] = {
         "mode": "router",
         "listen": {"endpoints": [endpoint], "exit_on_failure": True},
+        "connect": {
+            "endpoints": list(links),
+            "timeout_ms": -1,
+            "exit_on_failure": False,
+            "retry": LINK_RETRY,
+        },
         "scouting": {
             "delay": 0,
             "multicast": {"enabled": False},
@@ -41,7 +59,7 @@ def router_config(endpoint: str) -> zenoh.Config:
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},
         "transport": {
-            "unicast": {"accept_timeout": 2000},
+            "unicast": {"accept_timeout": 2000, "max_sessions": MOST_SESSIONS},
             "link": {"tx": {"lease": LEASE_MS}, "rx": {"max_message_size": MOST_MESSAGE_BYTES}},
             "shared_memory": NO_SHARED_MEMORY,
         },
@@ -55,14 +73,20 @@ class Router:
     ``listen`` is a Zenoh endpoint; TCP port 0 picks a free one. ``endpoint`` is where the router
     really listens. Listen beyond loopback only on a network that you trust.
 
+    ``links`` are the endpoints of other routers, on other hosts, with which it makes one bus. It
+    starts without them, connects when they are there, and again after each loss; one of two
+    routers has to name the other.
+
     Raises:
-        ConfigError: The endpoint is none, or something listens there already.
+        ConfigError: An endpoint is none, or something listens there already.
     """
 
-    def __init__(self, listen: str = DEFAULT_LISTEN) -> None:
-        if not ENDPOINT_PATTERN.fullmatch(listen):
-            raise ConfigError("listen endpoint", listen, ENDPOINT_EXPECTED)
+    def __init__(self, listen: str = DEFAULT_LISTEN, *, links: Sequence[str] = ()) -> None:
+        for name, endpoint in [("listen endpoint", listen), *(("--link", link) for link in links)]:
+            if not ENDPOINT_PATTERN.fullmatch(endpoint):
+                raise ConfigError(name, endpoint, ENDPOINT_EXPECTED)
         self.listen = listen
+        self.links = tuple(links)
         self.endpoint = listen
         self._session: zenoh.Session | None = None
 
@@ -103,7 +127,8 @@ class Router:
                 return
 
     async def _open(self, endpoint: str) -> None:
-        opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, router_config(endpoint)))
+        config = router_config(endpoint, self.links)
+        opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, config))
         try:
             self._session = await asyncio.shield(opening)
         except asyncio.CancelledError:

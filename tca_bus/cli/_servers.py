@@ -10,23 +10,35 @@ from cyclopts import Parameter
 
 from tca_bus import Router, configure_logging
 from tca_bus._central import Central
+from tca_bus._central_absences import LOST_AFTER
 from tca_bus._span_exporter import spans_from_environment
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags, bus_options
 
 
-async def router(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
+async def router(
+    *,
+    link: Annotated[list[str] | None, Parameter(env_var="TCA_LINK", negative="")] = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
     """Run the Zenoh router, which all processes connect to.
 
     It listens at --connect; tcp/127.0.0.1:0 picks a free port, which the log names.
+
+    Parameters
+    ----------
+    link
+        Endpoint of a router on another host, which makes one bus with this one; may be given
+        more than once. Either may start first, and the link is made again when it was cut.
     """
     configure_logging("router", level=flags.level, json=flags.json)
-    async with Router(flags.connect):
+    async with Router(flags.connect, links=link or ()):
         await asyncio.get_running_loop().create_future()
 
 
 async def central(
     *,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    lost_after: Annotated[float, Parameter(env_var="TCA_LOST_AFTER")] = LOST_AFTER,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run central, which keeps the task tree and its journal.
@@ -39,10 +51,13 @@ async def central(
     data
         Folder of the journal, central.db. Started on it again, central goes on where it was;
         without it the journal is in memory and ends with the process.
+    lost_after
+        Seconds for which a module may be out of reach before its tasks fail or are given to
+        another. Make it longer than the links between routers may be cut.
     """
     configure_logging("central", level=flags.level, json=flags.json)
     options = bus_options(flags)
     with spans_from_environment(options.realm) as spans:
         on_end = spans.export if spans else lambda _: None
-        async with Central(options, data=data, on_end=on_end) as running:
+        async with Central(options, data=data, lost_after=lost_after, on_end=on_end) as running:
             await running.serve_forever()
