@@ -258,7 +258,7 @@ class Central:
         await asyncio.sleep(max(RETURN_GRACE, self._lost_after))
         await self.module.connected()
         present = {module.incarnation for module in self.module.modules()}
-        for incarnation in set(self.tree.holders()) - present:
+        for incarnation in set(self.tree.holders()) - present - self._absences.awaited():
             self._part_with(incarnation)
 
     async def _watch_modules(self) -> None:

@@ -79,6 +79,10 @@ class Absences:
                 await asyncio.wait_for(self._changed.wait(), LOOK_PERIOD)
         return True
 
+    def awaited(self) -> set[str]:
+        """The incarnations that central waits for."""
+        return set(self._latest)
+
     def predecessors(self, module: PresentModule) -> list[str]:
         """Earlier starts of a module that have tasks and are not there any more."""
         present = {m.incarnation for m in self._central.module.modules()}
