@@ -20,6 +20,7 @@ from tca_bus._errors import (
     PeerLostError,
     TcaError,
     TimedOutError,
+    near_matches,
 )
 from tca_bus._faults import decode_error
 from tca_bus._pool import PoolWait
@@ -182,7 +183,8 @@ class Caller:
         table = self.core.presence.table
         if to is None:
             return NoHandlerError(name, table.known_messages())
-        return NoHandlerError(f"{to}:{name}", {f"{m.name}:{name}" for m in table.modules()})
+        namesakes = near_matches(to, {module.name for module in table.modules()})
+        return NoHandlerError(f"{to}:{name}", {f"{module}:{name}" for module in namesakes})
 
     async def _stays(self, callee: PresentModule, name: str) -> None:
         """Wait until it is known whether the callee is still there."""

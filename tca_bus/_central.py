@@ -18,6 +18,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from tca_bus._central_absences import LOST_AFTER, Absences
 from tca_bus._central_alarms import Alarms
 from tca_bus._central_desk import Desk
 from tca_bus._central_post import Post
@@ -85,6 +86,8 @@ class Central:
     Args:
         options: How to join the bus.
         data: The folder of ``central.db``; None keeps the journal in memory.
+        lost_after: Wall seconds for which a module may be out of reach before its tasks are
+            given up, as the ``on_module_lost`` of each says.
         on_end: Called with the last status of each node, once it is in the journal and at most
             once, also over restarts.
         policy: Who may do what; None takes the router's, if it has one.
@@ -100,6 +103,7 @@ class Central:
         options: BusOptions | None = None,
         *,
         data: Path | None = None,
+        lost_after: float = LOST_AFTER,
         on_end: Callable[[TaskStatus], None] = lambda _: None,
         policy: Policy | None = None,
     ) -> None:
@@ -119,6 +123,8 @@ class Central:
         self._batches: list[_Batch] = []
         self._wake = asyncio.Event()
         self._settled_at = 0.0
+        self._lost_after = lost_after
+        self._absences = Absences(self, lost_after=lost_after)
         self._changed = asyncio.Event()
         self._described: set[PresentModule] = set()
 
@@ -246,7 +252,7 @@ class Central:
             raise JournalError(self.journal.name, f"its events do not fit: {error}") from error
 
     def _refuse_younger(self) -> None:
-        """Of two centrals that started at once the older stays."""
+        """Of two centrals that started at once, or apart and met, the older stays."""
         others = [m for m in self.module.modules() if m.name == NAME]
         oldest = min(others, key=lambda module: module.incarnation)
         if oldest.incarnation != self.module.incarnation:
@@ -254,19 +260,24 @@ class Central:
 
     async def _settle(self) -> None:
         """Give modules that were here before time to announce themselves to this central."""
-        await asyncio.sleep(RETURN_GRACE)
+        await asyncio.sleep(max(RETURN_GRACE, self._lost_after))
+        await self.module.connected()
         present = {module.incarnation for module in self.module.modules()}
-        for incarnation in set(self.tree.holders()) - present:
+        for incarnation in set(self.tree.holders()) - present - self._absences.awaited():
             self._part_with(incarnation)
 
     async def _watch_modules(self) -> None:
         async with self.module.watch_modules() as changes:
             async for change in changes:
+                self._absences.presence_changed()
                 if change.appeared:
+                    if change.module.name == NAME:
+                        self._refuse_younger()
                     self._welcome_modules()
                 else:
                     self._described.discard(change.module)
-                    self._part_with(change.module.incarnation, change.module.name)
+                    name = f"central.absence.{change.module.name}"
+                    self.module.start(self._bear_absence(change.module), name=name)
 
     def _welcome_modules(self) -> None:
         present = set(self.module.modules())
@@ -277,6 +288,8 @@ class Central:
                 continue
             capacities = dict.fromkeys(module.provides, 1)
             self.happen(ProviderAppeared(self.now(), module.name, module.incarnation, capacities))
+            for predecessor in self._absences.predecessors(module):
+                self._part_with(predecessor, module.name)
             self.module.start(self._get_to_know(module), name=f"central.describe.{module.name}")
 
     async def _get_to_know(self, module: PresentModule) -> None:
@@ -301,6 +314,10 @@ class Central:
         for taken in card.handling:
             if not self.tree.is_current(taken.id, taken.attempt):
                 self._post.recall(taken.id, taken.attempt, module.incarnation)
+
+    async def _bear_absence(self, module: PresentModule) -> None:
+        if not await self._absences.outlast(module):
+            self._part_with(module.incarnation, module.name)
 
     def _part_with(self, incarnation: str, module: str = "") -> None:
         name = self.tree.holders().get(incarnation)

@@ -2,23 +2,26 @@
 
 When the router is lost all liveliness tokens vanish at once, so a vanished token alone says
 nothing about its module: the entry becomes a suspect, and is lost only when it has not come back
-after a grace, during which the way to the router was open.
+after a grace, during which the way to the router was open, or when its successor is there.
 """
 
 from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-VANISH_GRACE = 1.0
+VANISH_GRACE = 0.5
 """Wall seconds from a vanished token to a lost module: covers a transport event that comes late
-and a module that lost and reopened its own link."""
+and a module that lost and reopened its own link, which it tries four times a second."""
 
-RECONNECT_GRACE = 3.0
-"""Wall seconds after a reconnect until modules that have not announced themselves again are
-lost; they retry once a second."""
+RECONNECT_GRACE = 0.6
+"""Wall seconds after a reconnect, and after each module that came back with it, until those that
+have not announced themselves again are lost."""
 
+LONGEST_RECONNECT = 10.0
+"""Wall seconds after a reconnect until modules are lost though others still come back."""
 
 MOST_REMEMBERED = 10_000
 """Names of messages whose providers are remembered until presence changes."""
@@ -78,55 +81,82 @@ class PresenceTable:
         self._entries: dict[str, PresentModule] = {}
         self._suspects: dict[str, float] = {}
         self._providers: dict[str, list[PresentModule]] = {}
+        # Those who are expected with the router, all by the same time: there may be thousands.
+        self._expected: set[str] = set()
+        self._expected_by = self._return_by = math.inf
         self._reachable = True
 
     def modules(self) -> list[PresentModule]:
         """All that are not lost, by name and incarnation."""
         return sorted(self._entries.values(), key=lambda entry: (entry.name, entry.incarnation))
 
-    def put(self, module: PresentModule) -> list[PresenceChange]:
-        """A token appeared; one that its module has replaced since is of no interest."""
+    def expect(self, modules: Iterable[PresentModule], now: float) -> list[PresenceChange]:
+        """Take modules for present that have yet to announce themselves."""
+        changes = [change for module in modules for change in self.put(module, now)]
+        self._providers.clear()
+        self._expected |= self._entries.keys() - {self._own}
+        self._return_by, self._expected_by = now + LONGEST_RECONNECT, now + RECONNECT_GRACE
+        return changes
+
+    def put(self, module: PresentModule, now: float) -> list[PresenceChange]:
+        """A token appeared; a namesake whose token vanished was its predecessor, and is lost."""
         known = self._entries.get(module.incarnation)
+        # One that its module has replaced since is of no interest.
         if known is not None and known.number > module.number:
             return []
         self._providers.clear()
         self._suspects.pop(module.incarnation, None)
+        if module.incarnation in self._expected:
+            self._expected.remove(module.incarnation)
+            # Others still come: a crowd takes longer than a few.
+            self._expected_by = min(now + RECONNECT_GRACE, self._return_by)
+        if known == module:
+            return []
+        changes = self._replace(module) if known is None else []
         self._entries[module.incarnation] = module
-        return [] if known == module else [PresenceChange(module, appeared=True)]
+        return [*changes, PresenceChange(module, appeared=True)]
 
     def delete(self, module: PresentModule, now: float) -> None:
         """A token vanished; one that its module has replaced is of no interest."""
         self._providers.clear()
-        if self._entries.get(module.incarnation) == module and module.incarnation != self._own:
-            due = now + VANISH_GRACE if self._reachable else math.inf
-            self._suspects.setdefault(module.incarnation, due)
+        key = module.incarnation
+        if self._entries.get(key) == module and key != self._own and key not in self._expected:
+            grace = 0.0 if self._has_successor(module) else VANISH_GRACE
+            self._suspects.setdefault(key, now + grace)
 
     def router_lost(self) -> None:
         """The transport closed: everybody else is suspect until it is back."""
         self._providers.clear()
         self._reachable = False
-        self._suspects = {key: math.inf for key in self._entries if key != self._own}
+        self._suspects.clear()
+        self._expected = self._entries.keys() - {self._own}
 
     def router_back(self, now: float) -> None:
         """The transport opened: suspects have a grace to announce themselves."""
         self._reachable = True
-        self._suspects = dict.fromkeys(self._suspects, now + RECONNECT_GRACE)
+        self._expected |= self._suspects.keys()
+        self._suspects.clear()
+        self._return_by, self._expected_by = now + LONGEST_RECONNECT, now + RECONNECT_GRACE
 
     def next_expiry(self) -> float:
         """When `expire` has something to do; infinity for never."""
-        return min(self._suspects.values(), default=math.inf)
+        if not self._reachable:
+            return math.inf
+        expected_by = self._expected_by if self._expected else math.inf
+        return min(expected_by, min(self._suspects.values(), default=math.inf))
 
     def expire(self, now: float) -> list[PresenceChange]:
         """Give up suspects whose grace is over."""
+        if now < self.next_expiry():
+            return []
         self._providers.clear()
         lost = [key for key, due in self._suspects.items() if due <= now]
-        for key in lost:
-            del self._suspects[key]
-        return [PresenceChange(self._entries.pop(key), appeared=False) for key in lost]
+        lost += sorted(self._expected) if self._expected_by <= now else []
+        return [self._lose(key) for key in lost]
 
     def state_of(self, incarnation: str) -> bool | None:
         """True when present, None when suspect, False when lost or never seen."""
-        if incarnation in self._suspects:
+        if self._is_suspect(incarnation):
             return None
         return incarnation in self._entries
 
@@ -151,11 +181,11 @@ class PresenceTable:
             if known is None or known.incarnation < entry.incarnation:
                 newest[entry.name] = entry
         found = [entry for entry in newest.values() if message in entry.provides]
-        return sorted(found, key=lambda entry: (entry.incarnation in self._suspects, entry.name))
+        return sorted(found, key=lambda entry: (self._is_suspect(entry.incarnation), entry.name))
 
     def has_provider(self, message: str) -> bool:
         """Whether a module that handles ``message`` is there for certain."""
-        return any(entry.incarnation not in self._suspects for entry in self.providers(message))
+        return any(not self._is_suspect(entry.incarnation) for entry in self.providers(message))
 
     def namesakes(self) -> list[PresentModule]:
         """The modules that are there for certain under the name of the table's own module."""
@@ -165,18 +195,38 @@ class PresenceTable:
         return [
             entry
             for key, entry in self._entries.items()
-            if entry.name == own.name and key != self._own and key not in self._suspects
+            if entry.name == own.name and key != self._own and not self._is_suspect(key)
         ]
 
     def resources(self) -> set[str]:
         """What modules that are there for certain offer: resources, and their own names."""
-        certain = [m for key, m in self._entries.items() if key not in self._suspects]
+        certain = [m for key, m in self._entries.items() if not self._is_suspect(key)]
         return {name for module in certain for name in (module.name, *module.resources)}
 
     def called_ready(self) -> set[str]:
         """The names of the modules that are ready, or wait for others to be."""
         said = {Stage.WAITING, Stage.READY}
         return {module.name for module in self._entries.values() if module.stage in said}
+
+    def _lose(self, incarnation: str) -> PresenceChange:
+        self._suspects.pop(incarnation, None)
+        self._expected.discard(incarnation)
+        return PresenceChange(self._entries.pop(incarnation), appeared=False)
+
+    def _replace(self, module: PresentModule) -> list[PresenceChange]:
+        """Lose the suspects that ``module`` is the next start of."""
+        suspects = [*self._suspects, *self._expected]
+        earlier = [key for key in suspects if key < module.incarnation]
+        return [self._lose(key) for key in earlier if self._entries[key].name == module.name]
+
+    def _has_successor(self, module: PresentModule) -> bool:
+        newest = self.named(module.name)
+        if newest is None or newest.incarnation <= module.incarnation:
+            return False
+        return not self._is_suspect(newest.incarnation)
+
+    def _is_suspect(self, incarnation: str) -> bool:
+        return incarnation in self._suspects or incarnation in self._expected
 
     def known_messages(self) -> set[str]:
         """All wire names that somebody handles."""

@@ -1,4 +1,8 @@
-"""Feeds the presence table from Zenoh's liveliness tokens."""
+"""Feeds the presence table from Zenoh's liveliness tokens.
+
+Tokens and transport events come on different threads, so their order is not certain after a loop
+that hung; before a module is given up, Zenoh is asked whether its token is there after all.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +19,8 @@ from zenoh.handlers import Callback
 from tca_bus._bridge import Mailbox, call_on
 from tca_bus._keys import Keys, parse_presence
 from tca_bus._permissions import Permissions
-from tca_bus._presence import PresenceChange, PresenceTable
-from tca_bus._session import MAILBOX_SIZE, Session
+from tca_bus._presence import PresenceChange, PresenceTable, PresentModule
+from tca_bus._session import MAILBOX_SIZE, SETTLE_TIMEOUT, Session
 from tca_bus._tally import Tally
 
 logger = logging.getLogger(__name__)
@@ -48,6 +52,8 @@ class PresenceFeed:
         self._changed = asyncio.Event()
         self._warned_of: set[str] = set()
         self._loop = asyncio.get_running_loop()
+        self._is_asking = False
+        self._vanished: set[str] = set()
 
     async def begin(self, timeout: float) -> None:
         """List the tokens that are there already, then declare the subscriber.
@@ -62,25 +68,24 @@ class PresenceFeed:
 
         live = self.session.zenoh.liveliness()
         # Under a subscriber that has no history yet, Zenoh would answer the list with nothing.
-        listed = await self._list(live, timeout)
-        live.declare_subscriber(self.keys.all_presence(), Callback(post), history=True)
-        for token in listed:
-            self._take(token)
-            # Suspect until the history names it too: it may have vanished in between.
-            self._take(_Token(token.key, is_put=False))
-
-    async def _list(self, live: zenoh.Liveliness, timeout: float) -> list[_Token]:
-        listed = asyncio.Event()
         tokens: list[_Token] = []
+        listed = asyncio.Event()
+        self._list(timeout, tokens, listed.set)
+        await asyncio.wait_for(listed.wait(), timeout + 1.0)
+        live.declare_subscriber(self.keys.all_presence(), Callback(post), history=True)
+        modules = [module for token in tokens if (module := self._module_of(token)) is not None]
+        # Suspects until the history names them too: one may have vanished in between.
+        self._after_event(self.table.expect(modules, self._loop.time()))
+
+    def _list(self, timeout: float, tokens: list[_Token], done: Callable[[], None]) -> None:
+        """Collect all tokens that Zenoh knows of; then ``done`` is called on the loop."""
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 tokens.append(_token_of(reply.ok))
 
-        done = Callback(on_reply, lambda: call_on(self._loop, listed.set), indirect=False)
-        live.get(self.keys.all_presence(), done, timeout=timeout)
-        await asyncio.wait_for(listed.wait(), timeout + 1.0)
-        return tokens
+        ending = Callback(on_reply, lambda: call_on(self._loop, done), indirect=False)
+        self.session.zenoh.liveliness().get(self.keys.all_presence(), ending, timeout=timeout)
 
     def end(self) -> None:
         """Stop the timer."""
@@ -114,17 +119,24 @@ class PresenceFeed:
         return self._changed.wait()
 
     def _take(self, token: _Token) -> None:
+        module = self._module_of(token)
+        if module is None:
+            return
+        if token.is_put:
+            self._after_event(self.table.put(module, self._loop.time()))
+        else:
+            if self._is_asking:
+                self._vanished.add(token.key)
+            self.table.delete(module, self._loop.time())
+            self._after_event([])
+
+    def _module_of(self, token: _Token) -> PresentModule | None:
         try:
-            module = self.permissions.vouch(parse_presence(token.key))
+            return self.permissions.vouch(parse_presence(token.key))
         except ValueError as error:
             self.tally.invalid += 1
             self.tally.complain("presence key", str(error))
-            return
-        if token.is_put:
-            self._after_event(self.table.put(module))
-        else:
-            self.table.delete(module, self._loop.time())
-            self._after_event([])
+            return None
 
     def _after_event(self, changes: list[PresenceChange]) -> None:
         # Waiters look again; the event is only a bell.
@@ -153,14 +165,34 @@ class PresenceFeed:
             self._timer.cancel()
             self._timer = None
         due = self.table.next_expiry()
-        if due < math.inf:
-            self._timer = self._loop.call_at(due, self._expire)
+        if due < math.inf and not self._is_asking:
+            self._timer = self._loop.call_at(due, self._ask_before_giving_up)
 
-    def _expire(self) -> None:
+    def _ask_before_giving_up(self) -> None:
         self._timer = None
+        if self.session.is_closed:
+            return
+        self._is_asking = True
+        self._vanished.clear()
+        asked, tokens = self._loop.time(), list[_Token]()
+        self._list(SETTLE_TIMEOUT, tokens, lambda: self._give_up(tokens, asked))
+
+    def _give_up(self, tokens: list[_Token], asked: float) -> None:
+        """Lose the suspects that were due when Zenoh was asked and that it does not know."""
+        self._is_asking = False
+        if self.session.is_closed:
+            return
+        for token in tokens:
+            if token.key not in self._vanished:
+                self._put_back(token)
         if self.session.is_up and not self.session.has_router():
             self.table.router_lost()
-        self._after_event(self.table.expire(self._loop.time()))
+        self._after_event(self.table.expire(asked))
+
+    def _put_back(self, token: _Token) -> None:
+        module = self._module_of(token)
+        if module is not None and self.table.state_of(module.incarnation) is None:
+            self._after_event(self.table.put(module, self._loop.time()))
 
 
 def _token_of(sample: zenoh.Sample) -> _Token:

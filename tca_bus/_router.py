@@ -7,6 +7,7 @@ import json
 import logging
 import re
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +27,14 @@ from tca_bus._session import LEASE_MS, NO_SHARED_MEMORY, uninterrupted
 logger = logging.getLogger(__name__)
 
 DEFAULT_LISTEN = "tcp/127.0.0.1:7447"
+
+MOST_SESSIONS = 10_000
+"""Zenoh's own limit of 1,000 would leave out a thousandth module, and central with it."""
+
+LINK_RETRY = {"period_init_ms": 400, "period_max_ms": 400, "period_increase_factor": 1}
+"""How a lost link to another router is opened again. Routers count anew which way leads where
+100 ms after a change; one that came back sooner would be taken for the one before, and never be
+told of the tokens beyond the link."""
 
 PORT_TRIES = 5
 
@@ -67,14 +76,25 @@ class Guard:
         return tables
 
 
-def router_settings(endpoint: str, guard: Guard | None = None) -> dict[str, Any]:
-    """The Zenoh configuration of the router: no discovery, an admin space, bounded messages."""
+def router_settings(
+    endpoint: str, guard: Guard | None = None, links: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The Zenoh configuration of the router: no discovery, an admin space, bounded messages.
+
+    It connects to the routers at ``links``, whenever they can be reached.
+    """
     guarded = guard.settings(endpoint) if guard is not None else {"transport": {"link": {}}}
     transport = guarded.pop("transport")
     link = transport.pop("link")
     return {
         "mode": "router",
         "listen": {"endpoints": [endpoint], "exit_on_failure": True},
+        "connect": {
+            "endpoints": list(links),
+            "timeout_ms": -1,
+            "exit_on_failure": False,
+            "retry": LINK_RETRY,
+        },
         "scouting": {
             "delay": 0,
             "multicast": {"enabled": False},
@@ -83,7 +103,7 @@ def router_settings(endpoint: str, guard: Guard | None = None) -> dict[str, Any]
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},
         "transport": {
-            "unicast": {"accept_timeout": 2000},
+            "unicast": {"accept_timeout": 2000, "max_sessions": MOST_SESSIONS},
             "link": {
                 "tx": {"lease": LEASE_MS},
                 "rx": {"max_message_size": MOST_MESSAGE_BYTES},
@@ -103,15 +123,27 @@ class Router:
     really listens. Without a ``guard`` anybody who reaches it may do anything: listen beyond
     loopback only with one, or on a network that you trust.
 
+    ``links`` are the endpoints of other routers, on other hosts, with which it makes one bus. It
+    starts without them, connects when they are there, and again after each loss; one of two
+    routers has to name the other.
+
     Raises:
-        ConfigError: The endpoint is none, or something listens there already, or the keys of
-            the guard cannot be used.
+        ConfigError: An endpoint is none, or something listens there already, or the keys of the
+            guard cannot be used.
     """
 
-    def __init__(self, listen: str = DEFAULT_LISTEN, *, guard: Guard | None = None) -> None:
-        if not ENDPOINT_PATTERN.fullmatch(listen):
-            raise ConfigError("listen endpoint", listen, ENDPOINT_EXPECTED)
+    def __init__(
+        self,
+        listen: str = DEFAULT_LISTEN,
+        *,
+        guard: Guard | None = None,
+        links: Sequence[str] = (),
+    ) -> None:
+        for name, endpoint in [("listen endpoint", listen), *(("--link", link) for link in links)]:
+            if not ENDPOINT_PATTERN.fullmatch(endpoint):
+                raise ConfigError(name, endpoint, ENDPOINT_EXPECTED)
         self.listen = listen
+        self.links = tuple(links)
         self.endpoint = listen
         self.guard = guard
         self._session: zenoh.Session | None = None
@@ -153,7 +185,7 @@ class Router:
                 return
 
     async def _open(self, endpoint: str) -> None:
-        settings = json.dumps(router_settings(endpoint, self.guard))
+        settings = json.dumps(router_settings(endpoint, self.guard, self.links))
         config = zenoh.Config.from_json5(settings)
         opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, config))
         try:

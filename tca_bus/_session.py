@@ -28,6 +28,9 @@ OPEN_SLICE_MS = 500
 OPEN_TIMEOUT_MS = 10_000
 """Zenoh's own limit to one handshake."""
 
+RETRY = {"period_init_ms": 100, "period_max_ms": 250, "period_increase_factor": 2}
+"""How a lost link is opened again; presence counts on four tries a second."""
+
 LEASE_MS = 2000
 """A peer that said nothing for so long is taken for gone by the other side."""
 
@@ -51,11 +54,7 @@ def client_config(options: BusOptions, module: str = "", *, once: bool = False) 
         "connect": {
             "endpoints": [options.connect],
             "timeout_ms": 0 if once else OPEN_SLICE_MS,
-            "retry": {
-                "period_init_ms": 100,
-                "period_max_ms": 1000,
-                "period_increase_factor": 2,
-            },
+            "retry": RETRY,
         },
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True},

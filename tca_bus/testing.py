@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Literal
 
 from tca_bus._central import Central
+from tca_bus._central_absences import LOST_AFTER
 from tca_bus._clock import SimulatedClock
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
@@ -59,15 +60,19 @@ async def bus(
 
 
 @asynccontextmanager
-async def central(options: BusOptions, *, data: Path | None = None) -> AsyncIterator[None]:
+async def central(
+    options: BusOptions, *, data: Path | None = None, lost_after: float = LOST_AFTER
+) -> AsyncIterator[None]:
     """Run central in this process; ``data`` is the folder of its journal, None for memory.
+
+    A module that is out of reach for ``lost_after`` wall seconds is lost.
 
     Raises:
         RefusedError: There is a central on the realm already.
         ConfigError: The journal cannot be used.
         JournalError: The journal could not be written any more; the block was cancelled.
     """
-    async with Central(options, data=data):
+    async with Central(options, data=data, lost_after=lost_after):
         yield
 
 

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from tca_bus import ConfigError, Router, configure_logging
 from tca_bus._central import Central
+from tca_bus._central_absences import LOST_AFTER
 from tca_bus._credentials import Auth
 from tca_bus._policy_file import read_policy
 from tca_bus._router import Guard
@@ -21,6 +22,7 @@ async def router(
     *,
     policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
     auth: Auth | None = None,
+    link: Annotated[list[str] | None, Parameter(env_var="TCA_LINK", negative="")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the Zenoh router, which all processes connect to.
@@ -34,9 +36,13 @@ async def router(
         Policy file that says who may do what on --realm; without it, who is let in may do all.
     auth
         How modules prove who they are; certificate on tls and quic endpoints, else password.
+    link
+        Endpoint of a router on another host, which makes one bus with this one; may be given
+        more than once. Either may start first, and the link is made again when it was cut.
     """
     configure_logging("router", level=flags.level, json=flags.json)
-    async with Router(flags.connect, guard=_guard(flags, policy, auth)):
+    guard = _guard(flags, policy, auth)
+    async with Router(flags.connect, guard=guard, links=link or ()):
         await asyncio.get_running_loop().create_future()
 
 
@@ -44,6 +50,7 @@ async def central(
     *,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
+    lost_after: Annotated[float, Parameter(env_var="TCA_LOST_AFTER")] = LOST_AFTER,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run central, which keeps the task tree and its journal.
@@ -58,13 +65,17 @@ async def central(
         without it the journal is in memory and ends with the process.
     policy
         Policy file that says who may do what; without it central goes by the router's.
+    lost_after
+        Seconds for which a module may be out of reach before its tasks fail or are given to
+        another. Make it longer than the links between routers may be cut.
     """
     configure_logging("central", level=flags.level, json=flags.json)
     options = bus_options(flags)
     read = None if policy is None else read_policy(policy)
     with spans_from_environment(options.realm) as spans:
         on_end = spans.export if spans else lambda _: None
-        async with Central(options, data=data, on_end=on_end, policy=read) as running:
+        keeper = Central(options, data=data, lost_after=lost_after, on_end=on_end, policy=read)
+        async with keeper as running:
             await running.serve_forever()
 
 

@@ -150,6 +150,8 @@ async def test_nobody_handles_it_is_said_at_once_with_near_names(options):
             await asker.query_json("ad", {})
         with pytest.raises(NoHandlerError, match="Did you mean 'server:add'"):
             await asker.query(Add(a=1, b=1), to="serve")
+        with pytest.raises(NoHandlerError, match="'tca modules' lists who is there"):
+            await asker.query(Add(a=1, b=1), to="central")
         with pytest.raises(NoHandlerError, match="'echo'"):
             await asker.query(Echo(text=""), to="server")
         with pytest.raises(NoHandlerError):
