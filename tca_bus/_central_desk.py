@@ -86,9 +86,10 @@ class Desk:
             raise self._unknown(order.id, more)
         return status
 
-    async def find(self, question: FindTask, _: Context) -> TaskStatus:
+    async def find(self, question: FindTask, context: Context) -> TaskStatus:
         """The status of one task."""
         await self._central.ready.wait()
+        self._central.resources.note_await(question, context.sender)
         return await self._known(question.id)
 
     async def tasks(self, question: ListTasks, _: Context) -> list[TaskStatus]:
