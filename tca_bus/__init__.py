@@ -17,12 +17,15 @@ from tca_bus._errors import (
     BusyError,
     ClosedError,
     ConfigError,
+    DeadlockError,
     HandlerFailedError,
     InvalidMessageError,
     KilledError,
+    LeaseLostError,
     NeverSetError,
     NoHandlerError,
     PeerLostError,
+    PendingLimitError,
     RefusedError,
     TaskError,
     TaskFailedError,
@@ -35,6 +38,7 @@ from tca_bus._errors import (
 )
 from tca_bus._failure import Failure
 from tca_bus._handle import TaskHandle
+from tca_bus._lease import Acquisition, Lease
 from tca_bus._logs import configure_logging
 from tca_bus._messages import (
     Broadcast,
@@ -70,6 +74,7 @@ from tca_bus._variable_watch import VariableWatch
 from tca_bus._variables import Reading, Variable, VariableState
 
 __all__ = [
+    "Acquisition",
     "Answers",
     "Attachment",
     "AttachmentHandle",
@@ -87,6 +92,7 @@ __all__ = [
     "ConfigError",
     "Constraint",
     "Context",
+    "DeadlockError",
     "Demon",
     "ExceptionContext",
     "Failure",
@@ -98,6 +104,8 @@ __all__ = [
     "Interval",
     "InvalidMessageError",
     "KilledError",
+    "Lease",
+    "LeaseLostError",
     "Message",
     "MessageClass",
     "Module",
@@ -110,6 +118,7 @@ __all__ = [
     "NoHandlerError",
     "Order",
     "PeerLostError",
+    "PendingLimitError",
     "Permissions",
     "Point",
     "Policy",

@@ -20,19 +20,20 @@ from typing import Self
 
 from tca_bus._central_absences import LOST_AFTER, Absences
 from tca_bus._central_alarms import Alarms
+from tca_bus._central_cards import introduction
 from tca_bus._central_desk import Desk
 from tca_bus._central_post import Post
+from tca_bus._central_resources import ResourceDesk
 from tca_bus._central_steering import SteeringDesk
 from tca_bus._central_variables import VariableDesk
 from tca_bus._errors import NoHandlerError, RefusedError, TcaError, TimedOutError
 from tca_bus._journal import Journal, JournalError
-from tca_bus._messages import MessageClass
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
 from tca_bus._permissions import Permissions
 from tca_bus._policy import Policy
 from tca_bus._presence import PresentModule
-from tca_bus._protocol import Describe, ModuleCard, ProvidedMessage, SubmitTask, TaskStatus
+from tca_bus._protocol import Describe, ModuleCard, SubmitTask, TaskStatus
 from tca_bus.tasktree import (
     Cancel,
     Dispatch,
@@ -63,11 +64,6 @@ INTRODUCTION_DELAY = 1.0
 
 MOST_RECENT = 1000
 """Last statuses of ended nodes that are kept at hand for late viewers."""
-
-TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND, MessageClass.EXCEPTION})
-
-UNLIMITED = 1_000_000
-"""How many monitors may test one condition."""
 
 
 @dataclass(slots=True)
@@ -119,6 +115,7 @@ class Central:
         self._alarms = Alarms(self)
         self._desk = Desk(self)
         self._steering = SteeringDesk(self)
+        self.resources = ResourceDesk(self)
         self._variables = VariableDesk(self.module, self.journal)
         self._batches: list[_Batch] = []
         self._wake = asyncio.Event()
@@ -134,6 +131,7 @@ class Central:
         try:
             self._desk.serve(self.module)
             self._steering.serve(self.module)
+            self.resources.serve(self.module)
             self._variables.serve()
             await self.module.__aenter__()
         except BaseException:
@@ -174,6 +172,7 @@ class Central:
         done = self._enqueue(self.tree.apply(event))
         self._changed.set()
         self._changed = asyncio.Event()
+        self.resources.tree_changed()
         return done
 
     def now(self) -> float:
@@ -236,6 +235,7 @@ class Central:
         self.module.start(self._write_batches(), name="central.journal")
         self._alarms.begin()
         self._enqueue(effects)
+        await self.resources.begin()
         self._welcome_modules()
         self.module.start(self._watch_modules(), name="central.presence")
         self.module.start(self._settle(), name="central.settle")
@@ -265,6 +265,7 @@ class Central:
         present = {module.incarnation for module in self.module.modules()}
         for incarnation in set(self.tree.holders()) - present - self._absences.awaited():
             self._part_with(incarnation)
+        self.resources.keep_only(present | self._absences.awaited())
 
     async def _watch_modules(self) -> None:
         async with self.module.watch_modules() as changes:
@@ -287,7 +288,10 @@ class Central:
             if not module.provides or module.name == NAME:
                 continue
             capacities = dict.fromkeys(module.provides, 1)
-            self.happen(ProviderAppeared(self.now(), module.name, module.incarnation, capacities))
+            unknown = ProviderAppeared(
+                self.now(), module.name, module.incarnation, capacities, is_introduced=False
+            )
+            self.happen(unknown)
             for predecessor in self._absences.predecessors(module):
                 self._part_with(predecessor, module.name)
             self.module.start(self._get_to_know(module), name=f"central.describe.{module.name}")
@@ -308,9 +312,9 @@ class Central:
         """Note how many tasks a module handles at once; it stops those it was relieved of."""
         if module not in self.module.modules():
             return
-        known = [p for p in card.provides if p.name in module.provides]
-        capacities = {p.name: _capacity(p) for p in known}
-        self.happen(ProviderAppeared(self.now(), module.name, module.incarnation, capacities))
+        known = [told for told in card.provides if told.name in module.provides]
+        card = card.model_copy(update={"provides": known})
+        self.happen(introduction(self.now(), module, card))
         for taken in card.handling:
             if not self.tree.is_current(taken.id, taken.attempt):
                 self._post.recall(taken.id, taken.attempt, module.incarnation)
@@ -324,6 +328,7 @@ class Central:
         if name is not None:
             logger.warning("module %s is gone", name)
         self.happen(ProviderLost(self.now(), incarnation, name or module))
+        self.resources.module_gone(incarnation)
 
     async def _write_batches(self) -> None:
         """Write all that came since the last commit in one transaction, then act on it."""
@@ -357,6 +362,7 @@ class Central:
             match effect:
                 case Publish(status=status):
                     self.module.publish_status(status)
+                    self.resources.task_changed(status)
                     if status.is_ended:
                         self._on_end(status)
                 case Dispatch():
@@ -376,11 +382,6 @@ class Central:
         await asyncio.sleep(wait.seconds)
         if self.tree.is_missing(wait.id, wait.number):
             self.happen(HandlerMissing(self.now(), wait.id))
-
-
-def _capacity(provided: ProvidedMessage) -> int:
-    """How many nodes of a message a module takes at once; conditions are no work."""
-    return provided.capacity or 1 if provided.message_class in TASKS else UNLIMITED
 
 
 async def refuse_second(options: BusOptions) -> None:

@@ -96,6 +96,7 @@ class Desk:
         await self._central.ready.wait()
         status = await self._known(question.id)
         self._clerk.check_watch(context.sender, status)
+        self._central.resources.note_await(question, context.sender)
         return status
 
     async def tasks(self, question: ListTasks, context: Context) -> list[TaskStatus]:

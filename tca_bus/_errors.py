@@ -11,8 +11,11 @@
     ├── ClosedError            this module was closed by its owner     exit 6
     ├── KilledError            the task was killed or cancelled        exit 6
     ├── RefusedError           the other side may not or will not      exit 7
-    │   └── BusyError          it has too much waiting to take more    exit 7
-    │       └── AtCapacityError    the handler has no place free now   exit 7
+    │   ├── BusyError          it has too much waiting to take more    exit 7
+    │   │   ├── AtCapacityError    the handler has no place free now   exit 7
+    │   │   └── PendingLimitError  later ones took its turn            exit 7
+    │   └── DeadlockError      it would wait for itself                exit 7
+    ├── LeaseLostError         a resource was taken from its holder    exit 1
     ├── PeerLostError          the module that had it died             exit 1
     ├── NeverSetError          a shared variable has no value yet      exit 1
     ├── VariableChangedError   it is not as the setter expected        exit 1
@@ -166,6 +169,34 @@ class BusyError(RefusedError):
 
 class AtCapacityError(BusyError):
     """All places of a handler are taken; the caller may wait for its turn, and modules do."""
+
+
+class PendingLimitError(BusyError):
+    """More than may waited for a resource, and this was the oldest of them."""
+
+
+def ring_words(members: list[str]) -> str:
+    """Those that wait for each other, as a sentence."""
+    return " waits for ".join([*members, *members[:1]])
+
+
+class DeadlockError(RefusedError):
+    """Waiting for it would never end: whoever has it waits, in the end, for the asker.
+
+    ``members`` are those that would wait for each other, in order.
+    """
+
+    def __init__(self, what: str, members: list[str]) -> None:
+        self.members = list(members)
+        super().__init__(what, f"it would wait for itself: {ring_words(self.members)}")
+
+
+class LeaseLostError(TcaError):
+    """A resource was taken from its holder: unlocked by hand, or its module was taken for lost."""
+
+    def __init__(self, names: Iterable[str], why: str) -> None:
+        self.names, self.why = tuple(names), why
+        super().__init__(f"{', '.join(self.names)} is held no more: {why}")
 
 
 class PeerLostError(TcaError, ConnectionError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import inspect
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from tca_bus._errors import ConfigError, RefusedError
 from tca_bus._messages import Message, MessageClass
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
 from tca_bus._protocol import ProvidedMessage
+from tca_bus._slots import Resources, check_pending
 from tca_bus._types import answer_adapter, summary
 
 QUERIES = frozenset({MessageClass.QUERY, MessageClass.MULTI_QUERY})
@@ -37,6 +39,8 @@ class Handler:
     capacity: int | None
     built_in: bool
     name: str
+    resource: str | None = None
+    pending: int | None = None
 
     @property
     def is_provided(self) -> bool:
@@ -49,7 +53,7 @@ class Handler:
         return self.message_type.message_class in QUERIES
 
     async def call(self, message: Any, context: Any) -> Any:
-        """Run the function.
+        """Run the function; a place for it is the caller's to hold.
 
         Raises:
             RefusedError: It ended as cancelled, though nobody had cancelled it: something that
@@ -76,16 +80,19 @@ class Handler:
             message_schema=kind.model_json_schema(),
             reply_schema=answer_adapter(kind).json_schema() if answered else None,
             capacity=self.capacity,
+            resource=self.resource,
+            pending=self.pending,
         )
 
 
 class Handlers:
-    """The handlers of one module."""
+    """The handlers of one module, and the resources that they share."""
 
-    def __init__(self) -> None:
+    def __init__(self, module: str = "") -> None:
         self._by_name: dict[str, Handler] = {}
         self.is_held = False
         """Whether nothing is delivered yet: the module has not said that it is ready."""
+        self.resources = Resources(module)
 
     def add(
         self,
@@ -95,6 +102,8 @@ class Handlers:
         capacity: int | None = None,
         built_in: bool = False,
         name: str | None = None,
+        resource: str | None = None,
+        pending: int | None = None,
     ) -> Handler:
         """Register a handler; without ``capacity`` queries are unlimited, all others one at a time.
 
@@ -106,15 +115,36 @@ class Handlers:
             raise ConfigError("wire name", name, CHUNK_EXPECTED)
         if name in self._by_name:
             raise ConfigError("handler", name, "a message that has no handler in this module yet")
-        if capacity is not None and capacity < 1:
-            raise ConfigError("capacity", capacity, "at least 1")
+        capacity = self._capacity(capacity, resource, message_type.message_class)
+        check_pending(pending)
+        if pending is not None and message_type.message_class not in TASKS:
+            raise ConfigError("pending", pending, f"none for {name!r}: it is no goal or command")
         if not inspect.iscoroutinefunction(function):
             raise ConfigError("handler", function, "an async function (message, context)")
-        if message_type.message_class not in QUERIES:
-            capacity = capacity or 1
-        handler = Handler(message_type, function, capacity, built_in, name)
+        handler = Handler(message_type, function, capacity, built_in, name, resource, pending)
         self._by_name[name] = handler
         return handler
+
+    def _capacity(
+        self, capacity: int | None, resource: str | None, kind: MessageClass
+    ) -> int | None:
+        if capacity is not None and capacity < 1:
+            raise ConfigError("capacity", capacity, "at least 1")
+        if resource is None:
+            return capacity if kind in QUERIES else capacity or 1
+        self.resources.check(resource)
+        if capacity is not None:
+            expected = f"none for a handler in resource {resource!r}, which has one for all"
+            raise ConfigError("capacity", capacity, expected)
+        return None if kind in QUERIES else self.resources.capacity(resource)
+
+    def place(self, handler: Handler) -> contextlib.AbstractAsyncContextManager[None]:
+        """Hold a place in the handler's resources while the block runs."""
+        return self.resources.place(handler.name, handler.capacity or 1, handler.resource)
+
+    def turn(self, handler: Handler) -> contextlib.AbstractAsyncContextManager[None]:
+        """As `place`, for messages that do not pass central: bounded only in a resource."""
+        return contextlib.nullcontext() if handler.resource is None else self.place(handler)
 
     def get(self, name: str) -> Handler | None:
         """The handler of a message, if there is one."""

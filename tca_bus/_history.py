@@ -42,6 +42,7 @@ from tca_bus.tasktree import (
     HandlerLost,
     HandlerMissing,
     KillRequested,
+    LimitExceeded,
     Prepared,
     Prioritized,
     RecordedEvent,
@@ -321,6 +322,11 @@ def _handler_missing(_event: HandlerMissing, facts: NodeFacts) -> Told:
     return Told("no handler", text, _failed(facts, "central", text))
 
 
+def _limit_exceeded(event: LimitExceeded, facts: NodeFacts) -> Told:
+    text = f"PENDING LIMIT {event.limit} of {event.resource}"
+    return Told("dropped", text, _failed(facts, "central", text))
+
+
 Teller = Callable[[Any, NodeFacts], Told]
 
 TELLERS: dict[type[RecordedEvent], Teller] = {
@@ -332,6 +338,7 @@ TELLERS: dict[type[RecordedEvent], Teller] = {
     KillRequested: _kill_requested,
     HandlerLost: _handler_lost,
     HandlerMissing: _handler_missing,
+    LimitExceeded: _limit_exceeded,
     Prepared: _prepared,
     Constrained: _constrained,
     Abandoned: _abandoned,

@@ -20,6 +20,14 @@ import aiosqlite
 from tca_bus._errors import ConfigError, TcaError
 from tca_bus._log_reader import END, LogReader
 from tca_bus._protocol import LogEntry, ReadLog, TaskStatus
+from tca_bus.resources import (
+    KINDS,
+    Changes,
+    Finished,
+    ResourceEvent,
+    decode_resource_event,
+    encode_resource_event,
+)
 from tca_bus.tasktree import (
     TOMBSTONE_SECONDS,
     Ended,
@@ -138,6 +146,35 @@ class Journal:
             )
         await self._prune()
 
+    async def write_resources(self, changes: Iterable[Changes]) -> None:
+        """Write what happened to resources in one transaction; it is kept when this returns.
+
+        Raises:
+            JournalError: It could not be written.
+        """
+        await self.transact(lambda _: self._write_changes(changes))
+
+    async def _write_changes(self, changes: Iterable[Changes]) -> None:
+        for change in changes:
+            names = {status.id: ", ".join(status.names) for status in change.statuses}
+            for event in change.records:
+                await self._write_resource_event(event, names)
+        await self._prune()
+
+    async def living_resource_events(self) -> list[ResourceEvent]:
+        """The events of what is declared and of all holds that have not ended, in order.
+
+        Raises:
+            JournalError: A line cannot be understood.
+        """
+        marks = ", ".join("?" * len(KINDS))
+        rows = await self._rows(
+            f"SELECT number, kind, body FROM events WHERE kind IN ({marks}) AND root IN "  # noqa: S608
+            "(SELECT root FROM roots WHERE ended IS NULL) ORDER BY number",
+            *KINDS,
+        )
+        return [self._decode_resource_event(number, kind, body) for number, kind, body in rows]
+
     async def living_events(self) -> list[RecordedEvent]:
         """The events of all top-level tasks that have not ended, in order.
 
@@ -145,8 +182,8 @@ class Journal:
             JournalError: A line cannot be understood.
         """
         rows = await self._rows(
-            "SELECT number, kind, body FROM events WHERE kind != ? AND root IN "
-            "(SELECT root FROM roots WHERE ended IS NULL) ORDER BY number",
+            "SELECT number, kind, body FROM events WHERE kind != ? AND root NOT LIKE '%/%' "
+            "AND root IN (SELECT root FROM roots WHERE ended IS NULL) ORDER BY number",
             END,
         )
         return [self._decode(number, kind, body) for number, kind, body in rows]
@@ -184,6 +221,21 @@ class Journal:
             return decode_event(kind, body)
         except ValueError as error:
             raise JournalError(self.name, f"line {number} cannot be read: {error}") from error
+
+    def _decode_resource_event(self, number: int, kind: str, body: str) -> ResourceEvent:
+        try:
+            return decode_resource_event(kind, body)
+        except ValueError as error:
+            raise JournalError(self.name, f"line {number} cannot be read: {error}") from error
+
+    async def _write_resource_event(self, event: ResourceEvent, names: dict[str, str]) -> None:
+        kind, body = encode_resource_event(event)
+        root = event.subject
+        ended = event.time if isinstance(event, Finished) else None
+        query = "INSERT INTO roots VALUES (?, ?) ON CONFLICT DO UPDATE SET ended = excluded.ended"
+        await self._db.execute(query, (root, ended))
+        subject = root.partition("/")[2]
+        await self._insert(event.time, root, subject, names.get(subject, subject), kind, body)
 
     async def _write_record(self, record: Record) -> None:
         kind, body = encode_event(record.event)
@@ -268,6 +320,7 @@ class Journal:
         # A kill whose task never came ends with its tombstone.
         await self._db.execute(
             "UPDATE roots SET ended = ?1 WHERE ended IS NULL "
+            "AND root NOT LIKE '%/%' "
             "AND root NOT IN (SELECT root FROM events "
             "WHERE kind IN ('Submitted', 'Prepared', 'Registered')) "
             "AND root NOT IN (SELECT root FROM events WHERE time > ?1 - ?2)",

@@ -53,7 +53,7 @@ class Lifecycle(ABC):
         self.clock: Clock = WallClock()
         self._readiness = Readiness.declare(provides, requires, hold=hold)
         self.permissions = Permissions()
-        self._handlers = Handlers()
+        self._handlers = Handlers(name)
         self._open: Parts | None = None
         self._is_used = False
         self._is_leaving = False

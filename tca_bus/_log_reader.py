@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from tca_bus._history import NodeFacts, Told, tell_end, tell_event
-from tca_bus._log_statements import NodeRef
+from tca_bus._log_statements import NodeRef, Remark
 from tca_bus._protocol import LogEntry, ReadLog, TaskStatus
+from tca_bus.resources import KINDS, decode_resource_event, resource_event_words
 from tca_bus.tasktree import RecordedEvent
 
 END = "Ended"
@@ -103,6 +104,9 @@ class LogReader:
     def _tell(self, number: int, kind: str, body: str, facts: NodeFacts) -> Told:
         if kind == END:
             return tell_end(TaskStatus.model_validate_json(body), facts)
+        if kind in KINDS:
+            word, text = resource_event_words(decode_resource_event(kind, body))
+            return Told(word, text, (Remark(text=f"{word}: {text}"),))
         return tell_event(self.decode(number, kind, body), facts)
 
 

@@ -9,7 +9,9 @@ from typing import Any, TypeVar, Unpack
 from tca_bus._contexts import ModuleContexts
 from tca_bus._errors import TimedOutError
 from tca_bus._handle import TaskHandle
+from tca_bus._holding import Holding
 from tca_bus._keys import Keys
+from tca_bus._lease import Acquisition
 from tca_bus._messages import (
     Broadcast,
     Command,
@@ -28,6 +30,7 @@ from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import Constraint, SubmitTask, TaskStatus
+from tca_bus._resource_messages import DeclareResource, HoldKind
 from tca_bus._sending import SendOptions
 from tca_bus._shared import SharedVariables
 from tca_bus._state_server import Lookup
@@ -45,7 +48,7 @@ M = TypeVar("M", bound=Message)
 HandlerT = TypeVar("HandlerT", bound=Callable[..., Awaitable[Any]])
 
 
-class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
+class Module(PlainMessages, Steering, SharedVariables, ReadyTogether, Holding):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
@@ -70,8 +73,26 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """
 
+    def resource(self, name: str, *, capacity: int = 1, pending: int | None = None) -> str:
+        """Make a resource that handlers share; gives its name, for ``handler(resource=...)``.
+
+        Of the goals and commands of all handlers in it ``capacity`` are handled at a time, and
+        at most ``pending`` wait for it: the oldest of the lowest priority fails with
+        ``pending_limit``. The resource with the module's own name bounds all its handlers.
+        Made before the handlers that go into it.
+
+        Raises:
+            ConfigError: The module has one of the name, or a value is of no use.
+        """
+        return self._handlers.resources.add(name, capacity=capacity, pending=pending).name
+
     def handler(
-        self, message_type: type[Message], *, capacity: int | None = None
+        self,
+        message_type: type[Message],
+        *,
+        capacity: int | None = None,
+        resource: str | None = None,
+        pending: int | None = None,
     ) -> Callable[[HandlerT], HandlerT]:
         """Register the decorated async function as the handler of a message type.
 
@@ -81,12 +102,19 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         one by default. Modules that handle one query are a pool: each query goes to one of them,
         and where all are at their capacity the first that has a place takes the next.
 
+        In a ``resource`` all its handlers together have as many at a time as it lets them, queries
+        and informs too, but for queries that the module asks itself. At most ``pending`` goals or
+        commands wait: the oldest of the lowest priority fails with ``pending_limit``.
+
         Raises:
-            ConfigError: The type has a handler already, or the function is not async.
+            ConfigError: The type has a handler already, the function is not async, there is no
+                such resource, or a value is of no use.
         """
 
         def register(function: HandlerT) -> HandlerT:
-            self.serve(message_type, function, capacity=capacity)
+            self.serve(
+                message_type, function, capacity=capacity, resource=resource, pending=pending
+            )
             return function
 
         return register
@@ -97,6 +125,8 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         function: Callable[..., Awaitable[Any]],
         *,
         capacity: int | None = None,
+        resource: str | None = None,
+        pending: int | None = None,
     ) -> None:
         """Register ``function`` as the handler of a message type; see `handler`.
 
@@ -106,7 +136,9 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
         """
         if self._open is not None:
             self._open.check_serving(message_type, message_type.wire_name)
-        handler = self._handlers.add(message_type, function, capacity=capacity)
+        handler = self._handlers.add(
+            message_type, function, capacity=capacity, resource=resource, pending=pending
+        )
         if self._open is not None:
             self._open.attend(handler)
             self._open.announce()
@@ -248,6 +280,42 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
     def answer_failure(self, task: str | HasPoints, error: Exception) -> None:
         """Let a postponed task fail as if its handler had raised ``error``; see `answer`."""
         self._parts.worker.answer(task if isinstance(task, str) else task.id_of(), error)
+
+    async def declare(self, thing: str, *, capacity: int = 1, pending: int | None = None) -> None:
+        """Say how many may hold a thing at once, and how many may wait for it.
+
+        What is declared last holds, and is kept by central for good. See `acquire`.
+
+        Raises:
+            InvalidMessageError: A value is of no use.
+            NoHandlerError: There is no central.
+        """
+        facts = build(DeclareResource, name=thing, capacity=capacity, pending=pending)
+        await self._parts.sender.ask_central(facts, timeout=10.0)
+
+    def hold(
+        self,
+        kind: HoldKind,
+        names: tuple[str, ...],
+        *,
+        priority: int,
+        timeout: float | None,
+        inside: TaskContext | None = None,
+    ) -> Acquisition:
+        """Take resources, for the module or for the task of ``inside``; see `acquire`."""
+        return self._parts.leases.acquisition(
+            kind,
+            names,
+            priority=priority,
+            timeout=timeout,
+            task=inside.id if inside else None,
+            attempt=inside.attempt if inside else 0,
+        )
+
+    def _hold(
+        self, kind: HoldKind, names: tuple[str, ...], *, priority: int, timeout: float | None
+    ) -> Acquisition:
+        return self.hold(kind, names, priority=priority, timeout=timeout)
 
     async def kill(self, task_id: str, *, reason: str, only_below: bool = False) -> TaskStatus:
         """Ask central to kill a task and all below it, or only what is below it.

@@ -20,6 +20,7 @@ from tca_bus._core import Core
 from tca_bus._handlers import ONE_WAY, Handler, Handlers
 from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
+from tca_bus._leases import Leases
 from tca_bus._loop_watch import watch_loop
 from tca_bus._messages import Message, MessageClass
 from tca_bus._policy_link import fetch_policy
@@ -65,6 +66,8 @@ class Parts:
         self.caller = Caller(self.core)
         self.server = QueryServer(self.core, self.handlers, self.contexts.plain)
         self.sender = TaskSender(self.core, self.caller, self.topics)
+        self.leases = Leases(self.core, self.sender, self.topics)
+        self.sender.holding = self.leases.held_here
         self.worker = TaskWorker(self.core, self.handlers, self.sender, self.contexts)
         self.sim_time = SimTimeLink(self.core, self.topics)
         self._token: zenoh.LivelinessToken | None = None
@@ -124,7 +127,7 @@ class Parts:
         self.topics.listen_to(kind, partial(self._queue, queue))
         self.core.tally.counters[f"handler of {kind.wire_name}"] = lambda: queue.dropped
         name = f"{self.core.name}.handler.{kind.wire_name}"
-        self.core.spawn(self.topics.handle(handler, queue), name=name)
+        self.core.spawn(self.topics.handle(handler, self.handlers, queue), name=name)
 
     def _queue(self, queue: Subscription[Arrival[Any]], arrival: Arrival[Any]) -> None:
         lost = queue.dropped
@@ -186,6 +189,7 @@ class Parts:
         if is_up:
             self.sender.ask_again()
             self.core.spawn(self.learn_policy(), name=f"{self.core.name}.policy")
+            self.leases.ask_again()
             for listener in list(self._on_return):
                 listener()
 
@@ -222,6 +226,7 @@ class Parts:
             version=version(DISTRIBUTION),
             started=self.started,
             provides=[handler.card() for handler in self.handlers if handler.is_provided],
+            resources=self.handlers.resources.cards(),
             dropped=self.core.tally.dropped(),
             invalid=self.core.tally.invalid,
             handling=self.worker.handling(),

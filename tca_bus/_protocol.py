@@ -192,11 +192,17 @@ class KillTask(Query[TaskStatus]):
 
 
 class FindTask(Query[TaskStatus]):
-    """Anybody to central: the status of one task, also of one that ended long ago."""
+    """Anybody to central: the status of one task, also of one that ended long ago.
+
+    ``awaited_by`` is the task whose handler waits for its end, ``holding`` the holds on resources
+    that are kept meanwhile; asked again every few seconds, it lets central see who waits for whom.
+    """
 
     wire_name = "tca.task"
 
     id: str = Field(pattern=TASK_ID_PATTERN)
+    awaited_by: str | None = None
+    holding: tuple[str, ...] = ()
 
 
 class ListTasks(Query[list[TaskStatus]]):
@@ -318,8 +324,9 @@ class ProvidedMessage(BaseModel):
     """A message that a module handles, with the JSON schemas of it and of its answer.
 
     ``capacity`` is how many of it the module handles at once, None for as many as come; the rest
-    waits at central, or in the line of the pool if it is a query. ``accepts`` are older revisions
-    that it understands.
+    waits at central, or in the line of the pool if it is a query. Those in one ``resource`` share
+    its capacity. ``pending`` is how many of it may wait. ``accepts`` are older revisions that it
+    understands.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -329,9 +336,21 @@ class ProvidedMessage(BaseModel):
     revision: int
     accepts: list[int] = []
     capacity: int | None = 1
+    resource: str | None = None
+    pending: int | None = None
     summary: str
     message_schema: dict[str, Any]
     reply_schema: dict[str, Any] | None
+
+
+class ProvidedResource(BaseModel):
+    """What several handlers of a module share; the one of the module's name, all of them."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    capacity: int = 1
+    pending: int | None = None
 
 
 class ModuleCard(BaseModel):
@@ -346,6 +365,7 @@ class ModuleCard(BaseModel):
     version: str
     started: float
     provides: list[ProvidedMessage]
+    resources: list[ProvidedResource] = []
     dropped: dict[str, int]
     invalid: int
     handling: list[Taken]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections import Counter
 from typing import Protocol
@@ -161,7 +162,8 @@ class QueryServer:
         told: int | None,
     ) -> Answer:
         context = self._context(sender=address.caller, id=envelope.id)
-        value = await handler.call(message, context)
+        async with self._place(handler, address):
+            value = await handler.call(message, context)
         adapter = answer_adapter(handler.message_type)
         try:
             checked = adapter.validate_python(value)
@@ -170,6 +172,14 @@ class QueryServer:
         answer = encode_answer(checked, adapter, handler.message_type, told=told)
         self._core.permissions.check_answer(self._core.name, address.name, len(answer.data))
         return Answer(answer, is_error=False)
+
+    def _place(
+        self, handler: Handler, address: QueryAddress
+    ) -> contextlib.AbstractAsyncContextManager[None]:
+        """A place in the handler's resource; a module that asks itself may have it already."""
+        if address.caller == self._core.name:
+            return contextlib.nullcontext()
+        return self._handlers.turn(handler)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)

@@ -8,8 +8,11 @@ from tca_bus._attachments import Caught, Resolution
 from tca_bus._context import Context
 from tca_bus._failure import Failure
 from tca_bus._handle import TaskHandle
+from tca_bus._holding import Holding
+from tca_bus._lease import Acquisition
 from tca_bus._messages import Command, Goal
 from tca_bus._orders import HasPoints, TaskRef
+from tca_bus._resource_messages import HoldKind
 from tca_bus._sending import SendOptions
 from tca_bus._steering import Steering
 from tca_bus._tasks import TaskSender
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
 R = TypeVar("R")
 
 
-class TaskContext(Context, Steering, HasPoints):
+class TaskContext(Context, Steering, HasPoints, Holding):
     """The node that a handler works on; what it sends from here becomes its children.
 
     ``id`` is the task's id, ``attempt`` counts from 1 how often it was given to a handler, and
@@ -60,6 +63,11 @@ class TaskContext(Context, Steering, HasPoints):
         module, and keeps its place in the handler's capacity until then.
         """
         self.is_postponed = True
+
+    def _hold(
+        self, kind: HoldKind, names: tuple[str, ...], *, priority: int, timeout: float | None
+    ) -> Acquisition:
+        return self.module.hold(kind, names, priority=priority, timeout=timeout, inside=self)
 
     def saw_failure(self, child: str) -> None:
         """Note that the handler received the failure of a child itself."""

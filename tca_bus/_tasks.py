@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 
 from tca_bus._caller import Caller
 from tca_bus._core import Core
-from tca_bus._envelope import sending_traceparent
+from tca_bus._envelope import handled, sending_traceparent
 from tca_bus._errors import (
     BusGoneError,
     BusyError,
@@ -64,6 +64,7 @@ class TaskSender:
     topics: Topics
     _handles: WeakValueDictionary[str, TaskHandle[Any]] = field(default_factory=WeakValueDictionary)
     _central_seen: bool = False
+    holding: Callable[[], tuple[str, ...]] = tuple
 
     def begin(self) -> None:
         """Listen to the states of this module's tasks, and for central to come back."""
@@ -111,12 +112,17 @@ class TaskSender:
             TaskFailedError: Central does not know the task: its journal is not the one of before.
         """
         try:
-            status = await self._ask_once(FindTask(id=handle.id), TRY_TIMEOUT)
+            status = await self._ask_once(self._question(handle.id), TRY_TIMEOUT)
         except OUT_OF_REACH:
             return
         except HandlerFailedError as error:
             raise TaskFailedError(handle.id, error.failure) from error
         handle.update(status)
+
+    def _question(self, id: str) -> FindTask:
+        """Asking says who waits: the task of the running handler, and what is held meanwhile."""
+        inside = handled.get()
+        return FindTask(id=id, awaited_by=inside.task if inside else None, holding=self.holding())
 
     async def ask_central(self, question: Query[R], *, timeout: float) -> R:
         """Ask central, again and again while it is out of reach, for at most ``timeout``."""

@@ -13,7 +13,7 @@ from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._core import Core
 from tca_bus._envelope import Envelope, begin_handling, new_envelope, read_envelope
 from tca_bus._errors import InvalidMessageError
-from tca_bus._handlers import Handler
+from tca_bus._handlers import Handler, Handlers
 from tca_bus._keys import parse_sender
 from tca_bus._messages import Message, MessageClass
 from tca_bus._serving import ContextFactory
@@ -114,13 +114,16 @@ class Topics:
         key = self._core.keys.one_way(kind.value, name, "*")
         return self.listen(key, lambda payload: decode_message(payload, message_type), sink)
 
-    async def handle(self, handler: Handler, arrivals: Subscription[Arrival[Any]]) -> None:
+    async def handle(
+        self, handler: Handler, handlers: Handlers, arrivals: Subscription[Arrival[Any]]
+    ) -> None:
         """Run a handler for each message in turn; one that fails is logged and left behind."""
         async for arrival in arrivals:
             begin_handling(arrival.envelope)
             context = self._context(sender=arrival.sender, id=arrival.envelope.id)
             try:
-                await handler.call(arrival.value, context)
+                async with handlers.turn(handler):
+                    await handler.call(arrival.value, context)
             except Exception as error:
                 name = handler.message_type.wire_name
                 cause = f"handler of {name}: {type(error).__name__}"

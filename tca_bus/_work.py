@@ -98,7 +98,6 @@ class TaskWorker:
     _jobs: dict[str, Job] = field(default_factory=dict)
     _outcomes: OrderedDict[Try, ReportOutcome] = field(default_factory=OrderedDict)
     _reporting: set[Try] = field(default_factory=set)
-    _slots: dict[str, asyncio.Semaphore] = field(default_factory=dict)
 
     def begin(self) -> None:
         """Register the handlers by which central gives and cancels tasks."""
@@ -226,7 +225,7 @@ class TaskWorker:
         """Run the handler, and wait for its answer if that is postponed."""
         if job.task.monitor is not None:
             return await self._monitor(job.task, job.task.monitor, message, handler).run()
-        async with self._slot(handler):
+        async with self.handlers.place(handler):
             value = await handler.call(message, context)
             if context.is_postponed:
                 job.answer = asyncio.get_running_loop().create_future()
@@ -267,9 +266,6 @@ class TaskWorker:
             result=result,
             resolution=resolution,
         )
-
-    def _slot(self, handler: Handler) -> asyncio.Semaphore:
-        return self._slots.setdefault(handler.name, asyncio.Semaphore(handler.capacity or 1))
 
     def _failed(self, task: HandleTask, error: Exception) -> ReportOutcome:
         if not isinstance(error, TaskError | TaskFailedError | TcaError):

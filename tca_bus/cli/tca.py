@@ -12,6 +12,7 @@ from tca_bus.cli._keys import keys_app
 from tca_bus.cli._modules import messages, modules
 from tca_bus.cli._policy import policy
 from tca_bus.cli._record import record, replay
+from tca_bus.cli._resources import lock, reserve, resources, unlock
 from tca_bus.cli._run import run_app
 from tca_bus.cli._send import broadcast, inform, query
 from tca_bus.cli._servers import central, router
@@ -30,6 +31,7 @@ GROUPS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Who is there": (modules, messages, status, doctor),
     "Messages": (query, inform, broadcast),
     "Tasks": (goal, command, tree, kill, suspend, resume, retry, prioritize, log),
+    "Resources": (resources, reserve, lock, unlock),
     "Recordings": (record, replay),
     "Who may do what": (policy,),
 }

@@ -28,9 +28,11 @@ from tca_bus.tasktree._events import (
     Detached,
     Dispatched,
     Event,
+    GateChanged,
     HandlerLost,
     HandlerMissing,
     KillRequested,
+    LimitExceeded,
     NodeEvent,
     Origin,
     Prepared,
@@ -50,11 +52,14 @@ from tca_bus.tasktree._events import (
     Triggered,
     UncaughtFailure,
 )
+from tca_bus.tasktree._node import Node
+from tca_bus.tasktree._resources import OWN, Gate, HandlerResource, Provider, full_name
 from tca_bus.tasktree._tree import LOST_PROVIDER_WAIT, TOMBSTONE_SECONDS, Tree
 from tca_bus.tasktree._walk import find_relative
 
 __all__ = [
     "LOST_PROVIDER_WAIT",
+    "OWN",
     "ROOT",
     "TOMBSTONE_SECONDS",
     "Abandoned",
@@ -71,13 +76,19 @@ __all__ = [
     "Ended",
     "Event",
     "Freed",
+    "Gate",
+    "GateChanged",
     "HandlerLost",
     "HandlerMissing",
+    "HandlerResource",
     "KillRequested",
+    "LimitExceeded",
+    "Node",
     "NodeEvent",
     "Origin",
     "Prepared",
     "Prioritized",
+    "Provider",
     "ProviderAppeared",
     "ProviderLost",
     "Publish",
@@ -102,4 +113,5 @@ __all__ = [
     "decode_event",
     "encode_event",
     "find_relative",
+    "full_name",
 ]

@@ -11,6 +11,7 @@ from tca_bus._attachments import Attachment, Catch, Resolution, Tap
 from tca_bus._failure import Failure
 from tca_bus._orders import Order, Point
 from tca_bus._protocol import Outcome, SubmitTask, TaskClass
+from tca_bus.tasktree._resources import Gate, HandlerResource
 
 LAST_SIBLING = ""
 """Stands for the sibling that was submitted last, whichever that is."""
@@ -294,16 +295,39 @@ class HandlerMissing:
 
 
 @dataclass(frozen=True, slots=True)
+class LimitExceeded:
+    """More nodes wait for a handlers' resource than may; this one has to go."""
+
+    time: float
+    id: str
+    resource: str
+    limit: int
+
+
+@dataclass(frozen=True, slots=True)
 class ProviderAppeared:
     """A module is there; ``capacities`` maps the messages it handles to how many at once.
 
-    Said again for an incarnation that is known, it changes the capacities.
+    ``resources`` are those of its handlers that share a capacity, ``limits`` how many of a
+    message may wait. Said again for an incarnation that is known, it changes what is known.
     """
 
     time: float
     module: str
     incarnation: str
     capacities: Mapping[str, int]
+    resources: tuple[HandlerResource, ...] = ()
+    limits: Mapping[str, int] = field(default_factory=dict)
+    is_introduced: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class GateChanged:
+    """Somebody holds a handlers' resource, or (``gate`` None) nobody does any more."""
+
+    time: float
+    resource: str
+    gate: Gate | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,10 +358,11 @@ NodeEvent = (
     | Detached
     | HandlerLost
     | HandlerMissing
+    | LimitExceeded
 )
 """Events on a node that is there."""
 
 RecordedEvent = Submitted | Prepared | KillRequested | Registered | Deregistered | NodeEvent
 """Events that make the tree what it is: replayed in order they give the same tree."""
 
-Event = RecordedEvent | ProviderAppeared | ProviderLost
+Event = RecordedEvent | ProviderAppeared | ProviderLost | GateChanged

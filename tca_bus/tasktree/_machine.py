@@ -19,6 +19,7 @@ from tca_bus.tasktree._events import (
     Dispatched,
     HandlerLost,
     HandlerMissing,
+    LimitExceeded,
     NodeEvent,
     Origin,
     Prepared,
@@ -98,6 +99,8 @@ class Machine(Failing):
                 self._lose(node, event)
             case HandlerMissing():
                 self._fail(node, _missing(node))
+            case LimitExceeded():
+                self._drop(node, event)
             case Abandoned():
                 self._abandon(node)
             case Alarmed():
@@ -235,7 +238,8 @@ class Machine(Failing):
         self.touched[node.id] = None
         top = self.nodes[node.root]
         below = node.priority if node is not top else 0
-        self.pools.wait(node.id, node.task.name, (top.priority, below), only=node.only)
+        rank = (top.priority, below)
+        self.pools.wait(node.id, node.task.name, rank, only=node.only, sender=node.task.sender)
 
     def _let_go(self, node: Node, event: Released) -> None:
         """A point of another top-level task has passed."""
@@ -300,6 +304,14 @@ class Machine(Failing):
         """Handle it again: by the next provider, or held until the same module is back."""
         node.only = node.handler if node.task.on_module_lost == "hold" else None
         self._restart(node)
+
+    def _drop(self, node: Node, event: LimitExceeded) -> None:
+        """Too many wait for the resource, and the node is the oldest of them."""
+        self.pools.drop(node.id, event.resource)
+        text = f"more than {event.limit} waited for {event.resource!r}; the oldest was dropped"
+        why = failure(node, "pending_limit", text)
+        data = {"resource": event.resource, "limit": event.limit}
+        self._fail(node, why.model_copy(update={"data": data}))
 
     def _abandon(self, node: Node) -> None:
         """The handler did not stop in time: go on without it."""

@@ -12,6 +12,7 @@ from tca_bus.tasktree._events import (
     Dispatched,
     HandlerLost,
     HandlerMissing,
+    LimitExceeded,
     NodeEvent,
     Prioritized,
     Released,
@@ -31,7 +32,7 @@ def concerns(event: NodeEvent, node: Node) -> bool:
     match event:
         case Released():
             return node.waits_for(Source(event.previous, event.point, event.delay))
-        case Dispatched() | HandlerMissing():
+        case Dispatched() | HandlerMissing() | LimitExceeded():
             return node.is_ready
         case Taken() if node.taken:
             return False

@@ -40,8 +40,10 @@ from tca_bus.tasktree._events import (
     Detached,
     Dispatched,
     Event,
+    GateChanged,
     HandlerLost,
     KillRequested,
+    LimitExceeded,
     Prepared,
     ProviderAppeared,
     ProviderLost,
@@ -56,6 +58,7 @@ from tca_bus.tasktree._node import Node
 from tca_bus.tasktree._pools import Pools
 from tca_bus.tasktree._registry import Registry
 from tca_bus.tasktree._relevance import concerns
+from tca_bus.tasktree._waits import AnyOf, waits_of
 from tca_bus.tasktree._words import waiting_for
 
 TOMBSTONE_SECONDS = 60.0
@@ -258,6 +261,18 @@ class Tree:
         node = self._machine.nodes.get(id)
         return node is not None and key in node.alarms
 
+    @property
+    def pools(self) -> Pools:
+        """Who handles what, and who waits for it: to look at, not to change."""
+        return self._pools
+
+    def waits(self, id: str) -> list[AnyOf]:
+        """What a node waits for, as far as that is certain; see `waits_of`."""
+        node = self._machine.nodes.get(id)
+        if node is None or self._machine.is_suspended(node):
+            return []
+        return waits_of(node, self._pools)
+
     def node(self, id: str) -> Node:
         """The node itself, to look at.
 
@@ -273,7 +288,17 @@ class Tree:
     def _step(self, event: Event, events: deque[Event], effects: list[Effect]) -> Record | None:
         match event:
             case ProviderAppeared():
-                self._pools.appear(event.module, event.incarnation, event.capacities)
+                self._pools.appear(
+                    event.module,
+                    event.incarnation,
+                    event.capacities,
+                    resources=event.resources,
+                    limits=event.limits,
+                    is_introduced=event.is_introduced,
+                )
+                return None
+            case GateChanged():
+                self._pools.set_gate(event.resource, event.gate)
                 return None
             case ProviderLost():
                 events += self._losses(event)
@@ -503,6 +528,10 @@ class Tree:
             attempt = self._machine.nodes[choice.id].attempt + 1
             chosen = Dispatched(time, choice.id, attempt, choice.module, choice.incarnation)
             events.appendleft(chosen)
+            return
+        excess = None if events else self._pools.overflow()
+        if excess is not None:
+            events.append(LimitExceeded(time, excess.id, excess.resource, excess.limit))
 
     def _count(self) -> None:
         for id in self._machine.touched:

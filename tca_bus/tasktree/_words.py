@@ -93,12 +93,8 @@ def _twin_words(node: Node, graph: Graph) -> list[str]:
 
 
 def _pending_words(node: Node, pools: Pools) -> str:
-    name = node.task.name
     if node.handling is Handling.HANDLING:
         return f"{node.handler} to take it"
-    providers = pools.provides(name)
     if node.only is not None:
         return f"module {node.only!r} to be back"
-    if not providers:
-        return f"a module that handles {name!r}"
-    return " or ".join(f"{p.module}, which has {p.load(name)} of {name!r}" for p in providers)
+    return pools.why(node.id, node.task.name)
