@@ -180,6 +180,8 @@ class Launcher:
         finally:
             for supervisor in self._supervisors.values():
                 supervisor.kill()
+            for supervisor in self._supervisors.values():
+                await supervisor.wait_ended()
 
     def _close(self) -> None:
         for supervisor in self._supervisors.values():

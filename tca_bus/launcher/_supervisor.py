@@ -109,6 +109,11 @@ class Supervisor:
         if self._child is not None:
             self._child.kill()
 
+    async def wait_ended(self) -> None:
+        """Wait until it is gone, after `kill`: else it would stay as a zombie of this process."""
+        if self._child is not None:
+            await self._child.wait()
+
     async def wait_restarted(self, *, beyond: int, timeout: float) -> int:
         """Wait until it was restarted more than ``beyond`` times and is ready.
 
