@@ -218,6 +218,8 @@ def _after(nodes: Mapping[str, Node], here: PointOf) -> Iterator[PointOf]:
     if node is not None:
         yield from (target for target, _ in node.waiters.get(here[1], ()))
         yield from node.twins.get(here[1], ())
+        if here[1] is Point.START_HANDLING:
+            yield here[0], Point.END_HANDLING
 
 
 def _trace(came_from: Mapping[PointOf, PointOf | None], end: PointOf) -> list[PointOf]:
