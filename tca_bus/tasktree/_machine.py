@@ -236,10 +236,13 @@ class Machine(Failing):
         if self._is_gated(node, Point.START_HANDLING):
             return
         self.touched[node.id] = None
+        name, rank, sender = node.task.name, self._rank(node), node.task.sender
+        self.pools.wait(node.id, name, rank, only=node.only, sender=sender)
+
+    def _rank(self, node: Node) -> tuple[int, int]:
+        """The priority of the whole task, then that of the node in it."""
         top = self.nodes[node.root]
-        below = node.priority if node is not top else 0
-        rank = (top.priority, below)
-        self.pools.wait(node.id, node.task.name, rank, only=node.only, sender=node.task.sender)
+        return top.priority, node.priority if node is not top else 0
 
     def _let_go(self, node: Node, event: Released) -> None:
         """A point of another top-level task has passed."""
@@ -413,12 +416,11 @@ class Machine(Failing):
             self._later(self._try_ready, each)
 
     def _prioritize(self, node: Node, priority: int) -> None:
-        """Put what waits in order again: of a top-level task, all that is below it too."""
+        """Put what waits in order again, by age too: of a top-level task, all that is below it."""
         node.priority = priority
         waiting = self.below(node.id) if node.id == node.root else [node]
         for each in waiting:
-            self.pools.forget(each.id)
-            self._later(self._try_ready, each)
+            self.pools.reprioritise(each.id, self._rank(each))
 
     def _detach(self, node: Node, attachment: str) -> None:
         node.catches.pop(attachment, None)

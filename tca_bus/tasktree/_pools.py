@@ -130,16 +130,23 @@ class Pools:
     ) -> None:
         """Queue a node that is ready for its handler, perhaps for one in module ``only``.
 
-        ``sender`` is the module from which it comes.
+        ``sender`` is the module from which it comes. One that waits already keeps its age.
         """
         self._serial += 1
+        serial = self._queues[name].key(id)[1] if id in self._waiting else self._serial
+        missing = self._missing.get(id)
+        self.forget(id)
         wait = self._waiting[id] = _Wait(name, sender, only)
         self._picky[name] += only is not None
         queue = self._queues.setdefault(name, Queue())
-        queue.put(id, (rank_of(priority), self._serial))
+        queue.put(id, (rank_of(priority), serial))
         self._unsettled[name] = self._unlimited[name] = None
-        if not self._has_provider(wait):
+        if self._has_provider(wait):
+            return
+        if missing is None:
             self._unheard[id] = None
+        else:
+            self._missing[id] = missing
 
     def reprioritise(self, id: str, priority: Priority) -> None:
         """Move a waiting node to another priority; there it is as old as it is."""

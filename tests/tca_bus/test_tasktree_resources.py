@@ -294,3 +294,35 @@ def test_priorities_may_have_parts(first, second):
     choice = pools.assign()
     assert choice is not None
     assert choice.id == "high"
+
+
+def test_who_is_told_to_wait_again_keeps_its_age_and_may_wait_for_one_module():
+    pools = Tree().pools
+    for id in "ab":
+        pools.wait(id, "grasp", 0)
+    pools.wait("a", "grasp", 0, only="other")
+    pools.appear("robot", "r1", {"grasp": 2})
+    assert [id for id, _ in pools.newly_missing()] == ["a"]
+    choice = pools.assign()
+    assert choice is not None
+    assert choice.id == "b"
+    pools.appear("other", "o1", {"grasp": 1})
+    choice = pools.assign()
+    assert choice is not None
+    assert (choice.id, choice.module) == ("a", "other")
+    pools.lose("o1")
+    assert [id for id, _ in pools.newly_missing()] == ["a"]
+
+
+def test_a_module_that_changes_its_messages_keeps_its_groups_until_it_says_more():
+    here = Office()
+    here.appear(ARM)
+    here.send("grasp", "g")
+    here.apply(
+        ProviderAppeared(
+            0.0, "robot", "r1", dict.fromkeys(("grasp", "wave", "new"), 1), is_introduced=False
+        )
+    )
+    here.send("wave", "w")
+    here.send("new", "n")
+    assert here.dispatched == ["g", "n"]

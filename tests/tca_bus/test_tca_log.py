@@ -40,6 +40,7 @@ from tca_bus.tasktree import (
     HandlerLost,
     HandlerMissing,
     KillRequested,
+    LimitExceeded,
     Prepared,
     Prioritized,
     ProviderAppeared,
@@ -174,6 +175,7 @@ EVENTS = [
     KillRequested(1.0, "a", "enough", only_below=True),
     HandlerLost(1.0, "a", 1, "robot"),
     HandlerMissing(1.0, "a"),
+    LimitExceeded(1.0, "a", "robot/arm", 2),
 ]
 
 
