@@ -75,6 +75,7 @@ class Caller:
             TcaError: What the callee answered, as its own class.
         """
         self.core.permissions.check_sending(self.core.name, name, len(payload.data))
+        self.core.tapping.sent(name, payload)
         try:
             async with asyncio.timeout(timeout):
                 return await self._call(name, payload, to, withdraw=withdraw)

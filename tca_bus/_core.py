@@ -14,6 +14,7 @@ from tca_bus._permissions import Permissions
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._session import Session
 from tca_bus._tally import Tally
+from tca_bus._tapping import Tapping
 
 
 class Spawn(Protocol):
@@ -36,6 +37,7 @@ class Core:
     spawn: Spawn
     tally: Tally
     permissions: Permissions = field(default_factory=Permissions)
+    tapping: Tapping = field(default_factory=Tapping)
 
 
 def new_incarnation() -> str:

@@ -15,7 +15,9 @@
 
 ``more`` begins with the number of the token, which counts how often the module has replaced it;
 after it, by comma, come ``+`` and a resource that it offers, ``-`` and one that it requires, and
-``held``, ``waiting`` or ``ready`` if it said so: ``2,+map,-odometry,ready``. It may be left out.
+``held``, ``waiting`` or ``ready`` if it said so: ``2,+map,-odometry,ready``. A tap on messages that
+do not pass central is ``~``, its condition, ``~`` and the message (``:`` for all), and ``~fail`` if
+what it holds is to fail with it: ``3,~BeforeHandling~whereAmI~fail``. It may be left out.
 
 The name of whoever sends stands in the key, so that a router's access rules can bind it. What
 passes on which shape of key, and with what right, stands in `FAMILIES`.
@@ -27,8 +29,11 @@ import enum
 import re
 from dataclasses import dataclass, replace
 
-from tca_bus._presence import PresentModule, Stage
+from tca_bus._presence import PresentModule, Stage, TapWord
 from tca_bus._rights import Right
+
+EVERY_MESSAGE = ":"
+"""Stands for every message in a presence key, where an asterisk would be a pattern."""
 
 NO_NAMES = "-"
 """Stands for an empty list in a presence key, since a chunk may not be empty."""
@@ -174,16 +179,28 @@ def _more_of(module: PresentModule) -> str:
     words = [str(module.number)]
     words += [f"+{name}" for name in module.resources]
     words += [f"-{name}" for name in module.requires]
+    words += [_tap_text(tap) for tap in module.taps]
     return ",".join([*words, module.stage] if module.stage else words)
 
 
 def _with_more(module: PresentModule, words: list[str]) -> PresentModule:
     number, *rest = words
-    stages = [word for word in rest if word[:1] not in {"+", "-"}]
+    stages = [word for word in rest if word[:1] not in {"+", "-", "~"}]
     return replace(
         module,
         number=int(number),
         resources=tuple(word[1:] for word in rest if word[:1] == "+"),
         requires=tuple(word[1:] for word in rest if word[:1] == "-"),
         stage=Stage(stages[0]) if stages else Stage.UNSAID,
+        taps=tuple(_tap_of(word) for word in rest if word[:1] == "~"),
     )
+
+
+def _tap_text(tap: TapWord) -> str:
+    message = EVERY_MESSAGE if tap.message == "*" else tap.message
+    return f"~{tap.condition}~{message}" + ("~fail" if tap.fails else "")
+
+
+def _tap_of(word: str) -> TapWord:
+    _, condition, message, *rest = word.split("~")
+    return TapWord(condition, "*" if message == EVERY_MESSAGE else message, rest == ["fail"])

@@ -35,6 +35,7 @@ from tca_bus._sending import SendOptions
 from tca_bus._shared import SharedVariables
 from tca_bus._state_server import Lookup
 from tca_bus._steering import Steering
+from tca_bus._straight_taps import StraightTaps
 from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
 from tca_bus._task_context import TaskContext
@@ -409,6 +410,10 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether, Holding):
     def _streams(self) -> Streams:
         parts = self._parts
         return Streams(parts.core, parts.topics)
+
+    @property
+    def _straight(self) -> StraightTaps:
+        return StraightTaps(self, self._parts)
 
     @property
     def _tasks(self) -> TaskSender:

@@ -34,6 +34,7 @@ from tca_bus._sim_time import SimTimeLink
 from tca_bus._sole import be_only, yield_to_older
 from tca_bus._state_server import Lookup, StateServer
 from tca_bus._subscription import Subscription
+from tca_bus._tapping import TellTap
 from tca_bus._tasks import STATUS_ENCODING, TaskSender
 from tca_bus._topics import Arrival, Topics
 from tca_bus._wire import Payload
@@ -88,6 +89,7 @@ class Parts:
             self.readiness.requires,
             self.readiness.stage,
             self._tokens,
+            self.core.tapping.words(),
         )
 
     async def begin(self) -> Clock:
@@ -98,6 +100,8 @@ class Parts:
         """
         await self.learn_policy()
         self.handlers.add(Describe, self._describe, built_in=True)
+        self.handlers.add(TellTap, self.core.tapping.told, built_in=True)
+        self.core.tapping.begin(self.core, self.caller.call)
         self.worker.begin()
         self.caller.begin()
         self.server.begin()

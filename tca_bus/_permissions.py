@@ -136,7 +136,8 @@ class Permissions:
         if self._policy is None:
             return module
         names = tuple(n for n in module.provides if self.may(module.name, Right.SERVE, n))
-        return replace(module, provides=names)
+        taps = tuple(t for t in module.taps if self.may(module.name, Right.TAP, t.message))
+        return replace(module, provides=names, taps=taps)
 
     def _limits_of(self, sender: str, name: str) -> dict[str, Limit]:
         if self._policy is None:

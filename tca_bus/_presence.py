@@ -40,6 +40,18 @@ class Stage(enum.StrEnum):
     """It has said that it is ready."""
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class TapWord:
+    """A tap on a query, inform or broadcast, as the token of its module names it.
+
+    ``message`` is a wire name, or ``*``; ``fails`` says that what it holds fails with it.
+    """
+
+    condition: str
+    message: str
+    fails: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class PresentModule:
     """A module on the bus, as its liveliness token names it.
@@ -47,7 +59,8 @@ class PresentModule:
     ``incarnation`` is new with each start and sorts by start time; ``provides`` are the wire
     names of the messages that it handles. ``resources`` are the resources that it offers beside
     its own name, ``requires`` those that it needs, ``stage`` what it said of being ready.
-    ``number`` counts its tokens: of two of one incarnation the higher one holds.
+    ``number`` counts its tokens: of two of one incarnation the higher one holds. ``taps`` are
+    those on messages that go straight from module to module.
     """
 
     name: str
@@ -59,6 +72,7 @@ class PresentModule:
     requires: tuple[str, ...] = ()
     stage: Stage = Stage.UNSAID
     number: int = 0
+    taps: tuple[TapWord, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -163,7 +163,7 @@ class QueryServer:
     ) -> Answer:
         context = self._context(sender=address.caller, id=envelope.id)
         async with self._place(handler, address):
-            value = await handler.call(message, context)
+            value = await self._core.tapping.call(handler, message, context)
         adapter = answer_adapter(handler.message_type)
         try:
             checked = adapter.validate_python(value)

@@ -9,10 +9,20 @@ from typing import Any, TypedDict, Unpack
 from tca_bus._attaching import AttachmentHandle, sending
 from tca_bus._attachments import Attachment
 from tca_bus._handle import TaskHandle
-from tca_bus._messages import Demon, Goal, Message, Query, TaskMessage
+from tca_bus._messages import (
+    Broadcast,
+    Demon,
+    Goal,
+    Inform,
+    Message,
+    MultiQuery,
+    Query,
+    TaskMessage,
+)
 from tca_bus._monitor_spec import Condition, MonitorReport, MonitorSpec
 from tca_bus._orders import HasPoints, Moment, Order, TaskRef
 from tca_bus._protocol import Constraint, SubmitTask, TaskStatus
+from tca_bus._straight_taps import StraightTaps
 from tca_bus._tasks import TaskSender, new_task_id
 from tca_bus._tree_queries import (
     Attach,
@@ -27,6 +37,9 @@ from tca_bus._tree_queries import (
 )
 from tca_bus._types import answer_adapter
 from tca_bus._wire import build
+
+STRAIGHT = (Query, MultiQuery, Inform, Broadcast)
+"""Messages that go straight from module to module."""
 
 TIMEOUT = 10.0
 """Wall seconds to wait for central."""
@@ -95,7 +108,11 @@ class Steering(ABC):
             what: Made by `tap`, `catch` or `clean_up`.
             to: A task, or a message type or its wire name (``*``: every message) for all tasks of
                 it, those that are there already among them. The latter ends with this module.
+                On the type of a query, inform or broadcast it is a tap on what goes straight from
+                module to module.
         """
+        if not isinstance(to, str | HasPoints) and issubclass(to, STRAIGHT):
+            return await self._straight.attach(what, to.wire_name)
         target = {"to_task": to.id_of()} if isinstance(to, HasPoints) else {"to_message": _name(to)}
         question = build(Attach, what=what, **target)
         attached = await self._tasks.ask_central(question, timeout=TIMEOUT)
@@ -181,6 +198,11 @@ class Steering(ABC):
             monitor=_spec(kind, then, options),
         )
         return await sender.submit(task, answer_adapter(_Reported), timeout=TIMEOUT)
+
+    @property
+    @abstractmethod
+    def _straight(self) -> StraightTaps:
+        """What taps messages that do not pass central."""
 
     @property
     @abstractmethod

@@ -15,6 +15,7 @@ from tca_bus._orders import HasPoints, TaskRef
 from tca_bus._resource_messages import HoldKind
 from tca_bus._sending import SendOptions
 from tca_bus._steering import Steering
+from tca_bus._straight_taps import StraightTaps
 from tca_bus._tasks import TaskSender
 
 if TYPE_CHECKING:
@@ -73,6 +74,10 @@ class TaskContext(Context, Steering, HasPoints, Holding):
         """Note that the handler received the failure of a child itself."""
         if child not in self.seen_failures:
             self.seen_failures.append(child)
+
+    @property
+    def _straight(self) -> StraightTaps:
+        return self.module._straight  # noqa: SLF001
 
     @property
     def _tasks(self) -> TaskSender:

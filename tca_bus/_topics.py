@@ -80,6 +80,7 @@ class Topics:
     def publish(self, kind: MessageClass, name: str, payload: Payload) -> None:
         """Send to all who listen; a broadcast while the router is away is lost and counted."""
         self._core.permissions.check_sending(self._core.name, name, len(payload.data))
+        self._core.tapping.sent(name, payload)
         key = self._core.keys.one_way(kind.value, name, self._core.name)
         self.send(key, payload, block=kind == MessageClass.INFORM)
 
@@ -123,7 +124,7 @@ class Topics:
             context = self._context(sender=arrival.sender, id=arrival.envelope.id)
             try:
                 async with handlers.turn(handler):
-                    await handler.call(arrival.value, context)
+                    await self._core.tapping.call(handler, arrival.value, context)
             except Exception as error:
                 name = handler.message_type.wire_name
                 cause = f"handler of {name}: {type(error).__name__}"
