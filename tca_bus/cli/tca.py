@@ -17,6 +17,7 @@ from tca_bus.cli._run import run_app
 from tca_bus.cli._send import broadcast, inform, query
 from tca_bus.cli._servers import central, router
 from tca_bus.cli._steer import prioritize, resume, retry, suspend
+from tca_bus.cli._tap import tap_message
 from tca_bus.cli._tasks import command, goal, kill
 from tca_bus.cli._tree import tree
 from tca_bus.cli._variables import var
@@ -39,6 +40,7 @@ GROUPS: dict[str, tuple[Callable[..., Any], ...]] = {
 for group, functions in GROUPS.items():
     for function in functions:
         app.command(function, group=group)
+app.command(tap_message, name="tap", group="Tasks")
 for sub_app, group in ((var, "Messages"), (keys_app, "Who may do what")):
     sub_app.group = group
     app.command(sub_app)
