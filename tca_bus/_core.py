@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._keys import Keys
+from tca_bus._outlets import Outlets
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._session import Session
 
@@ -55,6 +56,7 @@ class Core:
     presence: PresenceFeed
     spawn: Spawn
     tally: Tally
+    outlets: Outlets
 
 
 def new_incarnation() -> str:

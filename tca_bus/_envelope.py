@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
+import random
+import re
 import secrets
 from contextvars import ContextVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic_core import to_json
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._problems import problems_of
 
 TRACEPARENT_PATTERN = r"^[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}$"
+
+INCARNATION_PATTERN = re.compile(r"[A-Za-z0-9._-]{1,100}")
+"""What a sender's incarnation has to be for an answer to find the way back: one chunk of a key."""
+
+_numbers = itertools.count(1)
+_chance = random.Random(secrets.randbits(128))
 
 
 class Envelope(BaseModel):
@@ -27,16 +37,24 @@ class Envelope(BaseModel):
     task: str | None = Field(default=None, max_length=200)
     traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
 
+    def encode(self) -> bytes:
+        """The envelope as an attachment."""
+        return to_json(self, exclude_none=True)
+
 
 handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
 """The envelope of what the running handler handles."""
+
+_ENVELOPES = TypeAdapter(Envelope)
 
 
 def new_envelope(sender: str) -> Envelope:
     """An envelope for a new message; task and trace go on from the running handler."""
     inside = handled.get()
+    number = next(_numbers)
     return Envelope.model_construct(
-        id=secrets.token_hex(12),
+        # An incarnation is unique, so with a number it names one message for ever.
+        id=f"{sender}.{number:x}" if sender else secrets.token_hex(12),
         sender=sender,
         task=inside.task if inside else None,
         traceparent=_next_traceparent(inside.traceparent if inside else None),
@@ -52,11 +70,11 @@ def read_envelope(attachment: bytes | None) -> Envelope:
     if attachment is None:
         return new_envelope("")
     try:
-        return Envelope.model_validate_json(attachment)
+        return _ENVELOPES.validator.validate_json(attachment)  # type: ignore[no-any-return]
     except ValidationError as error:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 
 
 def _next_traceparent(parent: str | None) -> str:
-    trace = parent.split("-")[1] if parent else secrets.token_hex(16)
-    return f"00-{trace}-{secrets.token_hex(8)}-01"
+    trace = parent.split("-")[1] if parent else f"{_chance.getrandbits(128):032x}"
+    return f"00-{trace}-{_chance.getrandbits(64):016x}-01"

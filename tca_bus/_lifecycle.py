@@ -18,6 +18,7 @@ from tca_bus._errors import ClosedError, ConfigError
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
+from tca_bus._outlets import Outlets
 from tca_bus._parts import Parts
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._protocol import HandleTask
@@ -101,7 +102,16 @@ class Lifecycle(ABC):
     def _assemble(self, session: Session) -> Parts:
         keys = Keys(self.options.realm)
         presence = PresenceFeed(session, keys, self.incarnation)
-        core = Core(self.name, self.incarnation, keys, session, presence, self.start, Tally())
+        core = Core(
+            self.name,
+            self.incarnation,
+            keys,
+            session,
+            presence,
+            self.start,
+            Tally(),
+            Outlets(session),
+        )
         return Parts(
             core=core,
             handlers=self._handlers,

@@ -78,6 +78,7 @@ class Parts:
         self.handlers.add(Describe, self._describe, built_in=True)
         self.worker.begin()
         self.server.begin()
+        self.caller.begin()
         self.sender.begin()
         for handler in self.handlers:
             self.attend(handler)
@@ -112,6 +113,7 @@ class Parts:
     def end(self) -> None:
         """Stop what is not a task."""
         self.core.presence.end()
+        self.caller.end()
 
     def transport_changed(self, is_up: bool) -> None:
         """The router was lost or is back."""

@@ -55,6 +55,9 @@ class PresenceTable:
         self._entries: dict[str, PresentModule] = {}
         self._suspects: dict[str, float] = {}
         self._reachable = True
+        # Looked up for every message that is sent; emptied whenever something changes.
+        self._named: dict[str, PresentModule] = {}
+        self._providers: dict[str, list[PresentModule]] = {}
 
     def modules(self) -> list[PresentModule]:
         """All that are not lost, by name and incarnation."""
@@ -62,6 +65,7 @@ class PresenceTable:
 
     def put(self, module: PresentModule) -> list[PresenceChange]:
         """A token appeared."""
+        self._forget_look_ups()
         self._suspects.pop(module.incarnation, None)
         known = self._entries.get(module.incarnation)
         self._entries[module.incarnation] = module
@@ -72,11 +76,13 @@ class PresenceTable:
         if self._entries.get(module.incarnation) == module and module.incarnation != self._own:
             due = now + VANISH_GRACE if self._reachable else math.inf
             self._suspects.setdefault(module.incarnation, due)
+            self._forget_look_ups()
 
     def router_lost(self) -> None:
         """The transport closed: everybody else is suspect until it is back."""
         self._reachable = False
         self._suspects = {key: math.inf for key in self._entries if key != self._own}
+        self._forget_look_ups()
 
     def router_back(self, now: float) -> None:
         """The transport opened: suspects have a grace to announce themselves."""
@@ -92,6 +98,7 @@ class PresenceTable:
         lost = [key for key, due in self._suspects.items() if due <= now]
         for key in lost:
             del self._suspects[key]
+        self._forget_look_ups()
         return [PresenceChange(self._entries.pop(key), appeared=False) for key in lost]
 
     def state_of(self, incarnation: str) -> bool | None:
@@ -102,10 +109,24 @@ class PresenceTable:
 
     def named(self, name: str) -> PresentModule | None:
         """The newest incarnation of a module, suspect or not."""
-        return _newest(entry for entry in self._entries.values() if entry.name == name)
+        found = self._named.get(name)
+        if found is None:
+            found = _newest(entry for entry in self._entries.values() if entry.name == name)
+            if found is not None:
+                self._named[name] = found
+        return found
 
     def providers(self, message: str) -> list[PresentModule]:
         """The newest incarnation of each module that handles ``message``, certain ones first."""
+        found = self._providers.get(message)
+        if found is None:
+            found = self._look_up_providers(message)
+            # Only names that are served are kept: anything may be asked for.
+            if found:
+                self._providers[message] = found
+        return list(found)
+
+    def _look_up_providers(self, message: str) -> list[PresentModule]:
         newest: dict[str, PresentModule] = {}
         for entry in self._entries.values():
             known = newest.get(entry.name)
@@ -121,6 +142,10 @@ class PresenceTable:
     def known_messages(self) -> set[str]:
         """All wire names that somebody handles."""
         return {name for entry in self._entries.values() for name in entry.provides}
+
+    def _forget_look_ups(self) -> None:
+        self._named.clear()
+        self._providers.clear()
 
 
 def _newest(entries: Iterable[PresentModule]) -> PresentModule | None:

@@ -13,7 +13,7 @@ from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, call_on
 from tca_bus._keys import Keys, parse_presence
-from tca_bus._presence import PresenceChange, PresenceTable
+from tca_bus._presence import PresenceChange, PresenceTable, PresentModule
 from tca_bus._session import MAILBOX_SIZE, Session
 
 logger = logging.getLogger(__name__)
@@ -40,6 +40,7 @@ class PresenceFeed:
     def __post_init__(self) -> None:
         self.table = PresenceTable(self.own)
         self._listeners: list[Listener] = []
+        self._return_listeners: list[Callable[[PresentModule], None]] = []
         self._timer: asyncio.TimerHandle | None = None
         self._changed = asyncio.Event()
         self._loop = asyncio.get_running_loop()
@@ -87,6 +88,10 @@ class PresenceFeed:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 
+    def listen_to_returns(self, listener: Callable[[PresentModule], None]) -> None:
+        """Call ``listener`` with each module whose token vanished and appeared again in time."""
+        self._return_listeners.append(listener)
+
     def add(self, key: str) -> None:
         """Take a token of this module's own, without waiting for Zenoh to tell of it."""
         self._take(_Token(key, is_put=True))
@@ -112,10 +117,17 @@ class PresenceFeed:
             logger.warning("%s", error)
             return
         if token.is_put:
+            has_returned = self.table.state_of(module.incarnation) is None
             self._after_event(self.table.put(module))
+            if has_returned:
+                self._tell_return(module)
         else:
             self.table.delete(module, self._loop.time())
             self._after_event([])
+
+    def _tell_return(self, module: PresentModule) -> None:
+        for listener in self._return_listeners:
+            listener(module)
 
     def _after_event(self, changes: list[PresenceChange]) -> None:
         # Waiters look again; the event is only a bell.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from typing import Protocol
 
 import zenoh
@@ -10,10 +11,10 @@ from pydantic import ValidationError
 from zenoh.handlers import Callback
 
 from tca_bus._answers import AnswerCache
-from tca_bus._bridge import Answer, Mailbox, attachment_of, query_payload
+from tca_bus._bridge import Answer, Mailbox, attachment_of, payload_of, query_payload
 from tca_bus._context import Context
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, handled, read_envelope
+from tca_bus._envelope import INCARNATION_PATTERN, Envelope, handled, read_envelope
 from tca_bus._errors import (
     BusyError,
     ClosedError,
@@ -27,8 +28,8 @@ from tca_bus._faults import FAILURE_NAMES, encode_error
 from tca_bus._handlers import QUERIES, Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query
 from tca_bus._messages import Message
-from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
+from tca_bus._replies import PublishedAnswer, WayBack, ZenohReply
 from tca_bus._types import answer_adapter
 from tca_bus._wire import Payload, decode_message, encode_answer
 
@@ -62,44 +63,66 @@ class QueryServer:
         self._handlers = handlers
         self._context = context
         self._cache = AnswerCache()
-        self._running: dict[Request, list[zenoh.Query]] = {}
+        self._running: dict[Request, list[WayBack]] = {}
 
     def begin(self) -> None:
-        """Declare the queryable."""
-        box = Mailbox[zenoh.Query](self._take, size=MOST_WAITING, refuse=self._refuse_busy)
-        self._core.tally.counters["query"] = lambda: box.dropped
-        key = self._core.keys.queries_to(self._core.name, self._core.incarnation)
-        self._core.session.zenoh.declare_queryable(key, Callback(box.post))
+        """Declare the subscriber of published queries and the queryable of Zenoh's own."""
+        core = self._core
+        calls = Mailbox[zenoh.Sample](self._take_call, size=MOST_WAITING, refuse=self._refuse_call)
+        core.tally.counters["call"] = lambda: calls.dropped
+        key = core.keys.calls_to(core.name, core.incarnation)
+        core.session.zenoh.declare_subscriber(key, Callback(calls.post))
+        queries = Mailbox[zenoh.Query](
+            self._take_query, size=MOST_WAITING, refuse=self._refuse_query
+        )
+        core.tally.counters["query"] = lambda: queries.dropped
+        key = core.keys.queries_to(core.name, core.incarnation)
+        core.session.zenoh.declare_queryable(key, Callback(queries.post))
 
-    def _take(self, query: zenoh.Query) -> None:
-        """Start handling a query, or answer it at once."""
+    def _take_call(self, sample: zenoh.Sample) -> None:
+        try:
+            address, envelope = _read_call(sample)
+        except InvalidMessageError as error:
+            # Without an envelope there is no way back to whoever sent it.
+            self._core.tally.note_invalid(error, sender=str(sample.key_expr))
+            return
+        way = PublishedAnswer(self._core, address.caller, envelope.sender, envelope.id)
+        self._take(way, address, envelope, lambda: payload_of(sample))
+
+    def _take_query(self, query: zenoh.Query) -> None:
         try:
             address = parse_query(str(query.key_expr))
             envelope = read_envelope(attachment_of(query))
         except (InvalidMessageError, ValueError) as error:
             self._reject(query, error)
             return
+        way = ZenohReply(self._core, query, address)
+        self._take(way, address, envelope, lambda: query_payload(query))
+
+    def _take(
+        self,
+        way: WayBack,
+        address: QueryAddress,
+        envelope: Envelope,
+        payload: Callable[[], Payload],
+    ) -> None:
+        """Start handling a request, or answer it at once."""
         request = (address.caller, envelope.id)
         known = self._cache.get(request)
         if known is not None:
-            self._send(query, address, known)
+            way.send(known)
         elif request in self._running:
-            self._running[request].append(query)
+            self._running[request].append(way)
         elif len(self._running) >= MOST_RUNNING:
-            self._refuse_busy(query)
+            way.send(self._busy())
         else:
-            self._begin_work(query, request, address, envelope)
-
-    def _begin_work(
-        self, query: zenoh.Query, request: Request, address: QueryAddress, envelope: Envelope
-    ) -> None:
-        work = self._work(request, address, envelope, query_payload(query))
-        try:
-            self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
-        except ClosedError:
-            query.drop()
-        else:
-            self._running[request] = [query]
+            work = self._work(request, address, envelope, payload())
+            try:
+                self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
+            except ClosedError:
+                way.drop()
+            else:
+                self._running[request] = [way]
 
     async def _work(
         self, request: Request, address: QueryAddress, envelope: Envelope, payload: Payload
@@ -108,11 +131,11 @@ class QueryServer:
             handled.set(envelope)
             answer = await self._answer(address, envelope, payload)
             self._cache.put(request, answer)
-            for query in self._running[request]:
-                self._send(query, address, answer)
+            for way in self._running[request]:
+                way.send(answer)
         finally:
-            for query in self._running.pop(request):
-                query.drop()
+            for way in self._running.pop(request):
+                way.drop()
 
     async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
         try:
@@ -121,8 +144,7 @@ class QueryServer:
             return await self._handle(handler, message, address, envelope)
         except Exception as error:
             self._note(error, address)
-            payload = encode_error(error, message=address.name, module=self._core.name)
-            return Answer(payload, is_error=True)
+            return self._error_answer(error, address.name)
 
     async def _handle(
         self, handler: Handler, message: Message, address: QueryAddress, envelope: Envelope
@@ -153,32 +175,43 @@ class QueryServer:
         if not isinstance(error, InvalidMessageError):
             error = InvalidMessageError("query", [str(error)])
         self._core.tally.note_invalid(error, sender=str(query.key_expr))
-        self._reply_error(query, error)
+        self._reply_error(query, self._error_answer(error, "query"))
 
-    def _refuse_busy(self, query: zenoh.Query) -> None:
-        name = f"module {self._core.name!r}"
-        self._reply_error(query, BusyError("the query", f"{name} has too many waiting"))
+    def _refuse_query(self, query: zenoh.Query) -> None:
+        self._reply_error(query, self._busy())
 
-    def _reply_error(self, query: zenoh.Query, error: Exception) -> None:
-        payload = encode_error(error, message="query", module=self._core.name)
-        with query:
-            query.reply_err(payload.data, encoding=payload.encoding)
-
-    def _send(self, query: zenoh.Query, address: QueryAddress, answer: Answer) -> None:
-        data, encoding = answer.payload.data, answer.payload.encoding
+    def _refuse_call(self, sample: zenoh.Sample) -> None:
+        """Say on Zenoh's thread that there is no room; outlets belong to the loop's."""
         try:
-            with query:
-                if answer.is_error:
-                    query.reply_err(data, encoding=encoding)
-                else:
-                    query.reply(self._reply_key(query, address), data, encoding=encoding)
-        except zenoh.ZError as error:
-            logger.warning("answer to %s was not sent: %s", address.caller, error)
-
-    def _reply_key(self, query: zenoh.Query, address: QueryAddress) -> str | zenoh.KeyExpr:
-        """A concrete key: a tool may have asked with wildcards."""
-        if "*" not in str(query.key_expr):
-            return query.key_expr
+            address, envelope = _read_call(sample)
+        except InvalidMessageError:
+            return
         core = self._core
-        me = PresentModule(core.name, core.incarnation, "", 0, ())
-        return core.keys.query(me, address.name, address.caller.replace("*", "anonymous"))
+        key = core.keys.answer(address.caller, envelope.sender, core.name)
+        core.session.put(key, self._busy().payload, attachment=envelope.id.encode(), block=True)
+
+    def _busy(self) -> Answer:
+        error = BusyError("the query", f"module {self._core.name!r} has too many waiting")
+        return self._error_answer(error, "query")
+
+    def _error_answer(self, error: Exception, message: str) -> Answer:
+        payload = encode_error(error, message=message, module=self._core.name)
+        return Answer(payload, is_error=True)
+
+    def _reply_error(self, query: zenoh.Query, answer: Answer) -> None:
+        with query:
+            query.reply_err(answer.payload.data, encoding=answer.payload.encoding)
+
+
+def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:
+    """Read where a published query comes from.
+
+    Raises:
+        InvalidMessageError: Its attachment does not say where the answer goes.
+    """
+    attachment = attachment_of(sample)
+    envelope = read_envelope(attachment or b"")
+    if not INCARNATION_PATTERN.fullmatch(envelope.sender):
+        problem = f"sender: expected an incarnation, got {envelope.sender[:100]!r}"
+        raise InvalidMessageError("attachment", [problem])
+    return parse_query(str(sample.key_expr)), envelope
