@@ -95,7 +95,7 @@ class Caller:
         try:
             answer = await call.answer
         except TimeoutError as error:
-            raise self._too_late(name, timeout) from error
+            raise self._too_late(name, timeout, self.core.session.can_send) from error
         finally:
             self._pending.remove(call)
             if call.asking is not None:
@@ -185,7 +185,7 @@ class Caller:
     async def _answer_to(self, call: Call) -> Answer:
         key = self.core.keys.query(call.callee, call.name, self.core.name)
         for _ in range(MOST_EMPTY):
-            await self.core.session.connected()
+            await self.core.session.sendable()
             await self._stays(call.callee, call.name)
             left = max(call.deadline - time.monotonic(), 0.001)
             answer = await self.core.session.ask(
@@ -196,15 +196,14 @@ class Caller:
             await asyncio.sleep(RETRY_DELAY)
         raise PeerLostError(call.callee.name, call.name)
 
-    def _too_late(self, name: str, timeout: float) -> TcaError:
-        session = self.core.session
-        if not session.is_up:
-            return BusGoneError(session.endpoint, "it was lost")
+    def _too_late(self, name: str, timeout: float, is_reachable: bool) -> TcaError:
+        if not is_reachable:
+            return BusGoneError(self.core.session.endpoint, "it was lost")
         return TimedOutError(f"query {name!r}", timeout)
 
     def _at_hand(self, name: str, to: str | PresentModule | None) -> PresentModule | None:
         """The callee, if it is there for certain and can be reached now."""
-        if not self.core.session.is_up:
+        if not self.core.session.can_send:
             return None
         found = to if isinstance(to, PresentModule) else self._candidate(name, to)
         if found is None or not self.core.presence.table.state_of(found.incarnation):
@@ -217,11 +216,11 @@ class Caller:
         """Find the callee when the router is back and it is known who has come back with it."""
         try:
             async with asyncio.timeout(timeout):
-                await self.core.session.connected()
+                await self.core.session.sendable()
                 callee = await self.locate(name, to)
                 await self._stays(callee, name)
         except TimeoutError as error:
-            raise self._too_late(name, timeout) from error
+            raise self._too_late(name, timeout, self.core.session.is_up) from error
         return callee
 
     async def locate(self, name: str, to: str | PresentModule | None) -> PresentModule:

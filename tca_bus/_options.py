@@ -24,7 +24,9 @@ class BusOptions(BaseModel):
 
     ``connect`` is the router's Zenoh endpoint, ``realm`` the first chunk of all keys,
     ``connect_timeout`` the wall seconds to wait for a router, ``clock`` what `Module.clock`
-    follows: the wall, or the simulated time that the robot broadcasts.
+    follows: the wall, or the simulated time that the robot broadcasts. ``links`` says how messages
+    travel: through the router, or directly between modules that all chose so; see
+    docs/benchmarks.md for what that gains and costs.
 
     Raises:
         ConfigError: A value cannot be used; it names the option and what was expected.
@@ -36,6 +38,12 @@ class BusOptions(BaseModel):
     realm: str = "xavier"
     connect_timeout: float = 5.0
     clock: Literal["wall", "sim"] = "wall"
+    links: Literal["router", "direct"] = "router"
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether modules are linked to each other."""
+        return self.links == "direct"
 
     def __init__(self, **values: Any) -> None:
         try:

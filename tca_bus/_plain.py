@@ -71,7 +71,7 @@ class PlainMessages(Lifecycle):
 
     async def _inform(self, name: str, payload: Payload) -> None:
         parts = self._parts
-        if not parts.core.session.is_up:
+        if not parts.core.session.can_send:
             await self._until_connected()
         table = parts.core.presence.table
         if not table.providers(name):

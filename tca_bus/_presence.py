@@ -78,10 +78,14 @@ class PresenceTable:
             self._suspects.setdefault(module.incarnation, due)
             self._forget_look_ups()
 
-    def router_lost(self) -> None:
-        """The transport closed: everybody else is suspect until it is back."""
+    def router_lost(self, *, is_direct: bool = False) -> None:
+        """The transport closed: everybody else is suspect until it is back.
+
+        With direct links only those are whose tokens vanish.
+        """
         self._reachable = False
-        self._suspects = {key: math.inf for key in self._entries if key != self._own}
+        hidden = self._suspects if is_direct else self._entries
+        self._suspects = {key: math.inf for key in hidden if key != self._own}
         self._forget_look_ups()
 
     def router_back(self, now: float) -> None:

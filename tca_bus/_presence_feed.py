@@ -101,7 +101,7 @@ class PresenceFeed:
         if is_up:
             self.table.router_back(self._loop.time())
         else:
-            self.table.router_lost()
+            self.table.router_lost(is_direct=self.session.is_direct)
         self._after_event([])
 
     async def until(self, condition: Callable[[], bool]) -> None:
@@ -149,7 +149,7 @@ class PresenceFeed:
     def _expire(self) -> None:
         self._timer = None
         if self.session.is_up and not self.session.has_router():
-            self.table.router_lost()
+            self.table.router_lost(is_direct=self.session.is_direct)
         self._after_event(self.table.expire(self._loop.time()))
 
 

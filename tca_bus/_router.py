@@ -29,14 +29,17 @@ _TCP = re.compile(r"^tcp/(?P<host>.+):(?P<port>\d+)$")
 
 
 def router_config(endpoint: str) -> zenoh.Config:
-    """The Zenoh configuration of the router: no discovery, an admin space, bounded messages."""
+    """The Zenoh configuration of the router: an admin space, bounded messages, and gossip.
+
+    Gossip is how modules with direct links find each other; clients take no part in it.
+    """
     settings: dict[str, Any] = {
         "mode": "router",
         "listen": {"endpoints": [endpoint], "exit_on_failure": True},
         "scouting": {
             "delay": 0,
             "multicast": {"enabled": False},
-            "gossip": {"enabled": False},
+            "gossip": {"enabled": True},
         },
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},

@@ -29,31 +29,53 @@ LEASE_MS = 2000
 NO_SHARED_MEMORY = {"enabled": False}
 """Our messages are small, and a killed process would leave its pool of 16 MB in /dev/shm."""
 
+LOOPBACK = "tcp/127.0.0.1:0"
+"""Where a module with direct links listens: on a free port of this host only."""
+
 SETTLE_TIMEOUT = 1.0
 """Wall seconds after which a look-up that got no answer counts as done."""
 
 MAILBOX_SIZE = 4096
 
 
+def session_config(options: BusOptions) -> zenoh.Config:
+    """The Zenoh configuration of a module: of a client, or of a peer when links are direct."""
+    return peer_config(options) if options.is_direct else client_config(options)
+
+
 def client_config(options: BusOptions) -> zenoh.Config:
-    """The Zenoh configuration of a module: a client of one router, no discovery."""
-    settings: dict[str, Any] = {
-        "mode": "client",
+    """The Zenoh configuration of a client of one router, without discovery."""
+    return _config(options, {"mode": "client"} | _scouting(gossip=False))
+
+
+def peer_config(options: BusOptions) -> zenoh.Config:
+    """The Zenoh configuration of a peer, which learns from the router where the others listen."""
+    listening = {"mode": "peer", "listen": {"endpoints": [LOOPBACK], "exit_on_failure": True}}
+    return _config(options, listening | _scouting(gossip=True))
+
+
+def _scouting(*, gossip: bool) -> dict[str, Any]:
+    methods = {"multicast": {"enabled": False}, "gossip": {"enabled": gossip}}
+    return {"scouting": {"delay": 0, **methods}}
+
+
+def _config(options: BusOptions, settings: dict[str, Any]) -> zenoh.Config:
+    common: dict[str, Any] = {
         "connect": {
             "endpoints": [options.connect],
             "timeout_ms": OPEN_SLICE_MS,
+            "exit_on_failure": True,
             "retry": {
                 "period_init_ms": 100,
                 "period_max_ms": 1000,
                 "period_increase_factor": 2,
             },
         },
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True},
         "transport": {"link": {"tx": {"lease": LEASE_MS}}, "shared_memory": NO_SHARED_MEMORY},
     }
     try:
-        return zenoh.Config.from_json5(json.dumps(settings))
+        return zenoh.Config.from_json5(json.dumps(settings | common))
     except zenoh.ZError as error:
         raise ConfigError("--connect", options.connect, f"a Zenoh endpoint ({error})") from error
 
@@ -111,9 +133,24 @@ class Session:
         """The endpoint of the router."""
         return self._options.connect
 
+    @property
+    def is_direct(self) -> bool:
+        """Whether there are links to other modules too, which outlive the router."""
+        return self._options.is_direct
+
+    @property
+    def can_send(self) -> bool:
+        """Whether what is sent now can arrive somewhere."""
+        return self.is_direct or self._up.is_set()
+
     async def connected(self) -> None:
         """Wait until the router is reachable."""
         await self._up.wait()
+
+    async def sendable(self) -> None:
+        """Wait until what is sent can arrive somewhere."""
+        if not self.is_direct:
+            await self._up.wait()
 
     def has_router(self) -> bool:
         """Ask Zenoh itself, for the moment before its event has arrived."""
@@ -149,7 +186,7 @@ class Session:
         await done.wait()
 
     async def _open(self) -> zenoh.Session:
-        config = client_config(self._options)
+        config = session_config(self._options)
         deadline = time.monotonic() + self._options.connect_timeout
         while True:
             try:
@@ -160,6 +197,8 @@ class Session:
             await asyncio.sleep(0.05)
 
     def _transport_event(self, event: zenoh.TransportEvent) -> None:
+        if event.transport.whatami != zenoh.WhatAmI.ROUTER:
+            return
         is_up = event.kind == zenoh.SampleKind.PUT
         if is_up == self._up.is_set():
             return

@@ -87,7 +87,7 @@ class Topics:
 
     def send(self, key: str, payload: Payload, *, block: bool = True) -> None:
         """Send on a key; with ``block`` it is not dropped when the link is congested."""
-        if not self._core.session.is_up:
+        if not self._core.session.can_send:
             self._lost += 1
             return
         attachment = new_envelope(self._core.incarnation).model_dump_json().encode()

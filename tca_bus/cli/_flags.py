@@ -38,6 +38,8 @@ class BusFlags:
     """Log everything, same as --log-level debug."""
     clock: Annotated[Literal["wall", "sim"], Parameter(env_var="TCA_CLOCK")] = "wall"
     """Time base of what waits for the world."""
+    links: Annotated[Literal["router", "direct"], Parameter(env_var="TCA_LINKS")] = "router"
+    """How messages travel: through the router, or directly between modules of this host."""
 
     @property
     def level(self) -> str:
@@ -54,4 +56,6 @@ def bus_options(flags: BusFlags) -> BusOptions:
     Raises:
         ConfigError: the realm or the endpoint cannot be used.
     """
-    return BusOptions(connect=flags.connect, realm=flags.realm, clock=flags.clock)
+    return BusOptions(
+        connect=flags.connect, realm=flags.realm, clock=flags.clock, links=flags.links
+    )

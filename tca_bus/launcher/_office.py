@@ -135,6 +135,7 @@ class Launcher:
             "TCA_CONNECT": self._options.connect,
             "TCA_REALM": self._options.realm,
             "TCA_CLOCK": self._options.clock,
+            "TCA_LINKS": self._options.links,
         }
         return await Child.spawn(
             spec, env=env, parent_fd=self._pipe[0], take=log.write, group=self._group
