@@ -21,7 +21,7 @@ from zenoh.handlers import Callback
 
 from tca_bus._bridge import Answer, Mailbox, attachment_of, payload_of
 from tca_bus._core import Core
-from tca_bus._envelope import new_envelope
+from tca_bus._envelope import new_stamp
 from tca_bus._errors import (
     BusGoneError,
     ClosedError,
@@ -107,9 +107,9 @@ class Caller:
     def _begin_call(
         self, name: str, payload: Payload, callee: PresentModule, deadline: float
     ) -> Call:
-        envelope = new_envelope(self.core.incarnation)
+        id, attachment = new_stamp(self.core.incarnation)
         future: asyncio.Future[Answer] = self._loop.create_future()
-        call = Call(envelope.id, name, callee, payload, envelope.encode(), deadline, future)
+        call = Call(id, name, callee, payload, attachment, deadline, future)
         self._pending.add(call, time.monotonic())
         try:
             if not self._publish(call):

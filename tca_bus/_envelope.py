@@ -7,6 +7,7 @@ import random
 import re
 import secrets
 from contextvars import ContextVar
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic_core import to_json
@@ -37,10 +38,6 @@ class Envelope(BaseModel):
     task: str | None = Field(default=None, max_length=200)
     traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
 
-    def encode(self) -> bytes:
-        """The envelope as an attachment."""
-        return to_json(self, exclude_none=True)
-
 
 handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
 """The envelope of what the running handler handles."""
@@ -48,13 +45,28 @@ handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
 _ENVELOPES = TypeAdapter(Envelope)
 
 
+class Stamp(NamedTuple):
+    """The id of a new message, and its attachment."""
+
+    id: str
+    attachment: bytes
+
+
+def new_stamp(sender: str) -> Stamp:
+    """What `new_envelope` makes, as it is sent."""
+    inside = handled.get()
+    id = _new_id(sender)
+    trace = _next_traceparent(inside.traceparent if inside else None)
+    # Ids and traces are of letters that JSON takes as they are; a task's id is its sender's.
+    task = f',"task":{to_json(inside.task).decode()}' if inside and inside.task else ""
+    return Stamp(id, f'{{"id":"{id}","sender":"{sender}","traceparent":"{trace}"{task}}}'.encode())
+
+
 def new_envelope(sender: str) -> Envelope:
     """An envelope for a new message; task and trace go on from the running handler."""
     inside = handled.get()
-    number = next(_numbers)
     return Envelope.model_construct(
-        # An incarnation is unique, so with a number it names one message for ever.
-        id=f"{sender}.{number:x}" if sender else secrets.token_hex(12),
+        id=_new_id(sender),
         sender=sender,
         task=inside.task if inside else None,
         traceparent=_next_traceparent(inside.traceparent if inside else None),
@@ -75,6 +87,12 @@ def read_envelope(attachment: bytes | None) -> Envelope:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 
 
+def _new_id(sender: str) -> str:
+    """An incarnation is unique, so with a number it names one message for ever."""
+    return f"{sender}.{next(_numbers):x}" if sender else secrets.token_hex(12)
+
+
 def _next_traceparent(parent: str | None) -> str:
-    trace = parent.split("-")[1] if parent else f"{_chance.getrandbits(128):032x}"
-    return f"00-{trace}-{_chance.getrandbits(64):016x}-01"
+    chance = f"{_chance.getrandbits(192):048x}"
+    trace = parent.split("-")[1] if parent else chance[16:]
+    return f"00-{trace}-{chance[:16]}-01"

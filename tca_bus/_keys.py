@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from tca_bus._presence import PresentModule
 
@@ -29,8 +30,7 @@ NO_NAMES = "-"
 _NOT_IN_CHUNK = re.compile(r"[^A-Za-z0-9._:-]")
 
 
-@dataclass(frozen=True, slots=True)
-class QueryAddress:
+class QueryAddress(NamedTuple):
     """What the key of a query says."""
 
     name: str

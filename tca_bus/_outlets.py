@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import OrderedDict
+from functools import lru_cache
 
 import zenoh
 
@@ -14,6 +15,11 @@ logger = logging.getLogger(__name__)
 
 MOST_OUTLETS = 1024
 """Declared publishers; the one that was used least recently is given up for a new one."""
+
+
+@lru_cache(maxsize=1024)
+def _encoding(text: str) -> zenoh.Encoding:
+    return zenoh.Encoding(text)
 
 
 class Outlet:
@@ -27,7 +33,9 @@ class Outlet:
 
     def put(self, payload: Payload, attachment: bytes) -> None:
         """Publish."""
-        self._publisher.put(payload.data, encoding=payload.encoding, attachment=attachment)
+        self._publisher.put(
+            payload.data, encoding=_encoding(payload.encoding), attachment=attachment
+        )
 
     @property
     def is_heard(self) -> bool:

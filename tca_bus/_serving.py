@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
-from collections.abc import Callable
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import zenoh
 from pydantic import ValidationError
@@ -17,7 +17,6 @@ from tca_bus._core import Core
 from tca_bus._envelope import INCARNATION_PATTERN, Envelope, handled, read_envelope
 from tca_bus._errors import (
     BusyError,
-    ClosedError,
     HandlerFailedError,
     InvalidMessageError,
     NoHandlerError,
@@ -55,6 +54,13 @@ class ContextFactory(Protocol):
         ...
 
 
+class _Running(NamedTuple):
+    """A request that is being handled: by which task, and who waits for its answer."""
+
+    task: asyncio.Task[None]
+    ways: list[WayBack]
+
+
 class QueryServer:
     """Answers the queries to one module; its handlers run concurrently."""
 
@@ -63,7 +69,10 @@ class QueryServer:
         self._handlers = handlers
         self._context = context
         self._cache = AnswerCache()
-        self._running: dict[Request, list[WayBack]] = {}
+        self._running: dict[Request, _Running] = {}
+        self._loop = asyncio.get_running_loop()
+        self._broken: asyncio.Future[None] = self._loop.create_future()
+        self._is_closing = False
 
     def begin(self) -> None:
         """Declare the subscriber of published queries and the queryable of Zenoh's own."""
@@ -78,6 +87,19 @@ class QueryServer:
         core.tally.counters["query"] = lambda: queries.dropped
         key = core.keys.queries_to(core.name, core.incarnation)
         core.session.zenoh.declare_queryable(key, Callback(queries.post))
+        core.spawn(self._keep_handlers(), name=f"{core.name}.queries")
+
+    async def _keep_handlers(self) -> None:
+        """Own the tasks of the handlers: one task for all, as a query's may take microseconds."""
+        try:
+            await self._broken
+        finally:
+            self._is_closing = True
+            tasks = [running.task for running in self._running.values()]
+            for task in tasks:
+                task.cancel()
+            if tasks:
+                await asyncio.wait(tasks)
 
     def _take_call(self, sample: zenoh.Sample) -> None:
         try:
@@ -87,7 +109,7 @@ class QueryServer:
             self._core.tally.note_invalid(error, sender=str(sample.key_expr))
             return
         way = PublishedAnswer(self._core, address.caller, envelope.sender, envelope.id)
-        self._take(way, address, envelope, lambda: payload_of(sample))
+        self._take(way, address, envelope, payload_of(sample))
 
     def _take_query(self, query: zenoh.Query) -> None:
         try:
@@ -97,14 +119,10 @@ class QueryServer:
             self._reject(query, error)
             return
         way = ZenohReply(self._core, query, address)
-        self._take(way, address, envelope, lambda: query_payload(query))
+        self._take(way, address, envelope, query_payload(query))
 
     def _take(
-        self,
-        way: WayBack,
-        address: QueryAddress,
-        envelope: Envelope,
-        payload: Callable[[], Payload],
+        self, way: WayBack, address: QueryAddress, envelope: Envelope, payload: Payload
     ) -> None:
         """Start handling a request, or answer it at once."""
         request = (address.caller, envelope.id)
@@ -112,51 +130,49 @@ class QueryServer:
         if known is not None:
             way.send(known)
         elif request in self._running:
-            self._running[request].append(way)
+            self._running[request].ways.append(way)
         elif len(self._running) >= MOST_RUNNING:
             way.send(self._busy())
+        elif self._is_closing:
+            way.drop()
         else:
-            work = self._work(request, address, envelope, payload())
-            try:
-                self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
-            except ClosedError:
-                way.drop()
-            else:
-                self._running[request] = [way]
+            ways = [way]
+            work = self._work(request, ways, address, envelope, payload)
+            name = f"{self._core.name}.query.{address.name}"
+            self._running[request] = _Running(self._loop.create_task(work, name=name), ways)
 
     async def _work(
-        self, request: Request, address: QueryAddress, envelope: Envelope, payload: Payload
+        self,
+        request: Request,
+        ways: list[WayBack],
+        address: QueryAddress,
+        envelope: Envelope,
+        payload: Payload,
     ) -> None:
         try:
             handled.set(envelope)
             answer = await self._answer(address, envelope, payload)
             self._cache.put(request, answer)
-            for way in self._running[request]:
+            for way in ways:
                 way.send(answer)
+        except Exception as error:
+            # No handler's, those are answers: it ends the module.
+            if not self._broken.done():
+                self._broken.set_exception(error)
         finally:
-            for way in self._running.pop(request):
+            del self._running[request]
+            for way in ways:
                 way.drop()
 
     async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
         try:
             handler = self._find(address.name)
             message = decode_message(payload, handler.message_type)
-            return await self._handle(handler, message, address, envelope)
+            context = self._context(sender=address.caller, id=envelope.id)
+            return _answer_of(await handler.call(message, context), handler.message_type)
         except Exception as error:
             self._note(error, address)
             return self._error_answer(error, address.name)
-
-    async def _handle(
-        self, handler: Handler, message: Message, address: QueryAddress, envelope: Envelope
-    ) -> Answer:
-        context = self._context(sender=address.caller, id=envelope.id)
-        value = await handler.call(message, context)
-        adapter = answer_adapter(handler.message_type)
-        try:
-            checked = adapter.validate_python(value)
-        except ValidationError as error:
-            raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
-        return Answer(encode_answer(checked, adapter, handler.message_type), is_error=False)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)
@@ -201,6 +217,20 @@ class QueryServer:
     def _reply_error(self, query: zenoh.Query, answer: Answer) -> None:
         with query:
             query.reply_err(answer.payload.data, encoding=answer.payload.encoding)
+
+
+def _answer_of(value: Any, message_type: type[Message]) -> Answer:
+    """Encode what a handler returned.
+
+    Raises:
+        TaskError: It is not what the message names as its answer.
+    """
+    adapter = answer_adapter(message_type)
+    try:
+        checked = adapter.validate_python(value)
+    except ValidationError as error:
+        raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
+    return Answer(encode_answer(checked, adapter, message_type), is_error=False)
 
 
 def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import zenoh
 from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, handled, new_envelope, read_envelope
+from tca_bus._envelope import Envelope, handled, new_stamp, read_envelope
 from tca_bus._errors import InvalidMessageError
 from tca_bus._handlers import Handler
 from tca_bus._keys import parse_sender
 from tca_bus._messages import Message, MessageClass
+from tca_bus._outlets import Outlets
 from tca_bus._serving import ContextFactory
 from tca_bus._session import MAILBOX_SIZE
 from tca_bus._subscription import Subscription
@@ -27,8 +27,7 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
-class Arrival(Generic[T]):
+class Arrival(NamedTuple, Generic[T]):
     """A decoded message with where it came from."""
 
     value: T
@@ -77,21 +76,26 @@ class Topics:
         self._core = core
         self._context = context
         self._topics: dict[str, Topic] = {}
+        self._broadcasts = Outlets(core.session, block=False)
         self._lost = 0
         core.tally.counters["sent while the router was away"] = lambda: self._lost
 
     def publish(self, kind: MessageClass, name: str, payload: Payload) -> None:
         """Send to all who listen; a broadcast while the router is away is lost and counted."""
         key = self._core.keys.one_way(kind.value, name, self._core.name)
-        self.send(key, payload, block=kind == MessageClass.INFORM)
-
-    def send(self, key: str, payload: Payload, *, block: bool = True) -> None:
-        """Send on a key; with ``block`` it is not dropped when the link is congested."""
         if not self._core.session.can_send:
             self._lost += 1
             return
-        attachment = new_envelope(self._core.incarnation).model_dump_json().encode()
-        self._core.session.put(key, payload, attachment=attachment, block=block)
+        outlets = self._core.outlets if kind == MessageClass.INFORM else self._broadcasts
+        outlets.at(key).put(payload, new_stamp(self._core.incarnation).attachment)
+
+    def send(self, key: str, payload: Payload) -> None:
+        """Send on a key that is used once or twice; not dropped when the link is congested."""
+        if not self._core.session.can_send:
+            self._lost += 1
+            return
+        attachment = new_stamp(self._core.incarnation).attachment
+        self._core.session.put(key, payload, attachment=attachment, block=True)
 
     def listen(self, key: str, decode: Decode, sink: Sink) -> Callable[[], None]:
         """Hand everything on ``key`` to ``sink``; gives a function that ends it."""

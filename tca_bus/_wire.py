@@ -7,10 +7,10 @@ The Zenoh encoding names the message and its revision: ``application/json;xavier
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
@@ -30,8 +30,7 @@ ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
 """Takes any JSON value."""
 
 
-@dataclass(frozen=True, slots=True)
-class Payload:
+class Payload(NamedTuple):
     """Bytes and what they are."""
 
     data: bytes
@@ -50,24 +49,26 @@ def build(message_type: type[MessageT], **fields: Any) -> MessageT:
         raise InvalidMessageError(message_type.wire_name, problems_of(error)) from error
 
 
+@cache
+def json_encoding(message_type: type[Message], suffix: str = "") -> str:
+    """The Zenoh encoding of a message type, or of its answers, when they are JSON."""
+    return f"{JSON_TYPE};{message_type.wire_name}{suffix}@{message_type.revision}"
+
+
 def encode_message(message: Message) -> Payload:
     """Encode a message: JSON, or a frame if its type has array fields."""
-    tag = f"{message.wire_name}@{message.revision}"
-    if array_fields(type(message)):
-        return Payload(
-            _frames().encode_frame(message, array_fields(type(message))), f"{FRAME_TYPE};{tag}"
-        )
-    return Payload(message.model_dump_json().encode(), f"{JSON_TYPE};{tag}")
+    kind = type(message)
+    if array_fields(kind):
+        return _frame(message, f"{FRAME_TYPE};{kind.wire_name}@{kind.revision}")
+    return Payload(message_adapter(kind).serializer.to_json(message), json_encoding(kind))
 
 
 def encode_answer(answer: Any, adapter: TypeAdapter[Any], message: type[Message]) -> Payload:
     """Encode the answer to a message."""
-    tag = f"{message.wire_name}{REPLY_SUFFIX}@{message.revision}"
     if isinstance(answer, BaseModel) and array_fields(type(answer)):
-        return Payload(
-            _frames().encode_frame(answer, array_fields(type(answer))), f"{FRAME_TYPE};{tag}"
-        )
-    return Payload(adapter.dump_json(answer), f"{JSON_TYPE};{tag}")
+        tag = f"{message.wire_name}{REPLY_SUFFIX}@{message.revision}"
+        return _frame(answer, f"{FRAME_TYPE};{tag}")
+    return Payload(adapter.serializer.to_json(answer), json_encoding(message, REPLY_SUFFIX))
 
 
 def encode_json(name: str, data: Any) -> Payload:
@@ -82,7 +83,8 @@ def decode_message(payload: Payload, message_type: type[Message]) -> Message:
         InvalidMessageError: It is none; the error names fields, values and what was expected.
     """
     name = message_type.wire_name
-    _check_tag(payload.encoding, name, message_type.revision)
+    if payload.encoding != json_encoding(message_type):
+        _check_tag(payload.encoding, name, message_type.revision)
     return _decode(payload, message_adapter(message_type), name)  # type: ignore[no-any-return]
 
 
@@ -133,13 +135,13 @@ def _decode(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
     try:
         if payload.encoding.startswith(FRAME_TYPE):
             return adapter.validate_python(_frames().decode_frame(payload.data, name))
-        return adapter.validate_json(payload.data)
+        return adapter.validator.validate_json(payload.data)
     except ValidationError as error:
         raise InvalidMessageError(name, problems_of(error)) from error
 
 
-def _frame(model: BaseModel, tag: str) -> Payload:
-    return Payload(_frames().encode_frame(model, array_fields(type(model))), f"{FRAME_TYPE};{tag}")
+def _frame(model: BaseModel, encoding: str) -> Payload:
+    return Payload(_frames().encode_frame(model, array_fields(type(model))), encoding)
 
 
 def _frames() -> ModuleType:
