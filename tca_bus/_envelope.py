@@ -7,6 +7,7 @@ import random
 import re
 import secrets
 from contextvars import ContextVar
+from hashlib import blake2b
 from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -28,7 +29,8 @@ class Envelope(BaseModel):
     """The attachment, as JSON.
 
     ``sender`` is the sending incarnation; who it is stands in the key. ``task`` is the task in
-    whose handler the message was sent, ``traceparent`` the W3C trace context.
+    whose handler the message was sent, ``traceparent`` the W3C trace context in which it was
+    sent; what was sent outside of any begins one, see `trace`.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -37,6 +39,17 @@ class Envelope(BaseModel):
     sender: str = Field(default="", max_length=200)
     task: str | None = Field(default=None, max_length=200)
     traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
+
+    @property
+    def trace(self) -> str:
+        """The W3C trace context to go on from: the one that it has, or one made of its id.
+
+        Whoever receives a message finds the same trace, though nobody sent it.
+        """
+        if self.traceparent is not None:
+            return self.traceparent
+        digest = blake2b(self.id.encode(), digest_size=24).hexdigest()
+        return f"00-{digest[:32]}-{digest[32:]}-01"
 
 
 handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
@@ -53,24 +66,18 @@ class Stamp(NamedTuple):
 
 
 def new_stamp(sender: str) -> Stamp:
-    """What `new_envelope` makes, as it is sent."""
-    inside = handled.get()
-    id = _new_id(sender)
-    trace = _next_traceparent(inside.traceparent if inside else None)
-    # Ids and traces are of letters that JSON takes as they are; a task's id is its sender's.
-    task = f',"task":{to_json(inside.task).decode()}' if inside and inside.task else ""
-    return Stamp(id, f'{{"id":"{id}","sender":"{sender}","traceparent":"{trace}"{task}}}'.encode())
+    """Make an id and an envelope for a new message from an incarnation.
 
-
-def new_envelope(sender: str) -> Envelope:
-    """An envelope for a new message; task and trace go on from the running handler."""
+    Task and trace go on from the running handler.
+    """
+    # An incarnation is unique, so with a number it names one message for ever.
+    id = f"{sender}.{next(_numbers):x}"
     inside = handled.get()
-    return Envelope.model_construct(
-        id=_new_id(sender),
-        sender=sender,
-        task=inside.task if inside else None,
-        traceparent=_next_traceparent(inside.traceparent if inside else None),
-    )
+    if inside is None:
+        return Stamp(id, f'{{"id":"{id}","sender":"{sender}"}}'.encode())
+    trace = next_traceparent(inside.trace)
+    envelope = {"id": id, "sender": sender, "task": inside.task, "traceparent": trace}
+    return Stamp(id, to_json(envelope))
 
 
 def read_envelope(attachment: bytes | None) -> Envelope:
@@ -80,19 +87,13 @@ def read_envelope(attachment: bytes | None) -> Envelope:
         InvalidMessageError: The attachment is no envelope.
     """
     if attachment is None:
-        return new_envelope("")
+        return Envelope(id=secrets.token_hex(12))
     try:
         return _ENVELOPES.validator.validate_json(attachment)  # type: ignore[no-any-return]
     except ValidationError as error:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 
 
-def _new_id(sender: str) -> str:
-    """An incarnation is unique, so with a number it names one message for ever."""
-    return f"{sender}.{next(_numbers):x}" if sender else secrets.token_hex(12)
-
-
-def _next_traceparent(parent: str | None) -> str:
-    chance = f"{_chance.getrandbits(192):048x}"
-    trace = parent.split("-")[1] if parent else chance[16:]
-    return f"00-{trace}-{chance[:16]}-01"
+def next_traceparent(parent: str) -> str:
+    """A span of its own in the trace of another."""
+    return f"00-{parent.split('-')[1]}-{_chance.getrandbits(64):016x}-01"

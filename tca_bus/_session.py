@@ -83,8 +83,9 @@ def _config(options: BusOptions, settings: dict[str, Any]) -> zenoh.Config:
 class Session:
     """A Zenoh session as an async context manager.
 
-    ``is_up`` says whether the router is reachable; `connected` waits for it. ``on_transport`` is
-    called on the loop with True when the router is back and False when it is lost.
+    ``is_up`` says whether the router is reachable; `connected` waits for it. ``can_send`` says
+    whether what is sent now can arrive somewhere: direct links outlive the router. ``on_transport``
+    is called on the loop with True when the router is back and False when it is lost.
 
     Raises:
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
@@ -94,6 +95,8 @@ class Session:
         self._options = options
         self._on_transport = on_transport
         self._up = asyncio.Event()
+        self.is_direct = options.is_direct
+        self.can_send = False
         self.zenoh: zenoh.Session
         # Zenoh's own flag waits for a lock without giving up the GIL: if a callback that runs
         # under that lock needs the GIL, both wait for ever.
@@ -101,7 +104,7 @@ class Session:
 
     async def __aenter__(self) -> Self:
         self.zenoh = await self._open()
-        self._up.set()
+        self._set_up(is_up=True)
         box = Mailbox[zenoh.TransportEvent](self._transport_event, size=MAILBOX_SIZE)
         self.zenoh.info.declare_transport_events_listener(Callback(box.post), history=False)
         return self
@@ -117,6 +120,7 @@ class Session:
     async def close(self) -> None:
         """Close the session; harmless when it is closed."""
         self._up.clear()
+        self.can_send = False
         self.is_closed = True
         try:
             await asyncio.to_thread(self.zenoh.close)
@@ -132,16 +136,6 @@ class Session:
     def endpoint(self) -> str:
         """The endpoint of the router."""
         return self._options.connect
-
-    @property
-    def is_direct(self) -> bool:
-        """Whether there are links to other modules too, which outlive the router."""
-        return self._options.is_direct
-
-    @property
-    def can_send(self) -> bool:
-        """Whether what is sent now can arrive somewhere."""
-        return self.is_direct or self._up.is_set()
 
     async def connected(self) -> None:
         """Wait until the router is reachable."""
@@ -202,13 +196,19 @@ class Session:
         is_up = event.kind == zenoh.SampleKind.PUT
         if is_up == self._up.is_set():
             return
+        self._set_up(is_up=is_up)
         if is_up:
-            self._up.set()
             logger.info("router at %s is back", self.endpoint)
         else:
-            self._up.clear()
             logger.warning("router at %s is lost", self.endpoint)
         self._on_transport(is_up)
+
+    def _set_up(self, *, is_up: bool) -> None:
+        if is_up:
+            self._up.set()
+        else:
+            self._up.clear()
+        self.can_send = is_up or self.is_direct
 
 
 def _ignore(_: zenoh.Reply) -> None:

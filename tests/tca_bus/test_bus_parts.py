@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import threading
 
 import pytest
@@ -22,7 +23,7 @@ from tca_bus import (
 )
 from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox
-from tca_bus._envelope import handled, new_envelope, read_envelope
+from tca_bus._envelope import TRACEPARENT_PATTERN, handled, new_stamp, read_envelope
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys, parse_query, parse_task
 from tca_bus._parts import _no_source
@@ -210,18 +211,25 @@ def test_a_handlers_card_has_schemas_and_summary():
 
 
 def test_the_trace_goes_on_from_the_handled_message():
-    first = new_envelope("01")
+    first = read_envelope(new_stamp("01").attachment)
     token = handled.set(first.model_copy(update={"task": "rogue-1"}))
     try:
-        second = new_envelope("01")
+        second, third = (read_envelope(new_stamp("02").attachment) for _ in range(2))
     finally:
         handled.reset(token)
-    assert second.task == "rogue-1"
-    assert second.id != first.id
-    assert first.traceparent is not None
-    assert second.traceparent is not None
-    assert second.traceparent.split("-")[1] == first.traceparent.split("-")[1]
-    assert read_envelope(second.model_dump_json().encode()) == second
+    assert (second.sender, second.task) == ("02", "rogue-1")
+    assert len({first.id, second.id, third.id}) == 3
+    traces = [envelope.trace.split("-") for envelope in (first, second, third)]
+    assert len({trace[1] for trace in traces}) == 1
+    assert len({trace[2] for trace in traces}) == 3
+
+
+def test_a_message_outside_of_all_traces_begins_the_same_one_for_all_who_receive_it():
+    stamp = new_stamp("01")
+    traces = [read_envelope(stamp.attachment).trace for _ in range(2)]
+    assert traces[0] == traces[1]
+    assert re.fullmatch(TRACEPARENT_PATTERN, traces[0])
+    assert read_envelope(new_stamp("01").attachment).trace != traces[0]
 
 
 def test_an_attachment_that_is_none_is_invalid():
