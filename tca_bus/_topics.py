@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import zenoh
@@ -20,7 +20,7 @@ from tca_bus._outlets import Outlets
 from tca_bus._serving import ContextFactory
 from tca_bus._session import MAILBOX_SIZE
 from tca_bus._subscription import Subscription
-from tca_bus._wire import Payload, decode_message
+from tca_bus._wire import Payload, decode_messages
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +36,8 @@ class Arrival(NamedTuple, Generic[T]):
 
 
 Sink = Callable[[Arrival[Any]], None]
-Decode = Callable[[Payload], Any]
+Decode = Callable[[Payload], Sequence[Any]]
+"""Gives the messages in a payload: one, or many that were sent together."""
 
 
 class Topic:
@@ -55,12 +56,14 @@ class Topic:
         sender = parse_sender(str(sample.key_expr))
         try:
             envelope = read_envelope(attachment_of(sample))
-            arrival = Arrival(self._decode(payload_of(sample)), sender, envelope)
+            values = self._decode(payload_of(sample))
         except InvalidMessageError as error:
             self._core.tally.note_invalid(error, sender=sender)
             return
-        for sink in list(self.sinks):
-            sink(arrival)
+        for value in values:
+            arrival = Arrival(value, sender, envelope)
+            for sink in list(self.sinks):
+                sink(arrival)
 
     def end(self) -> None:
         """Undeclare the subscriber."""
@@ -116,7 +119,7 @@ class Topics:
         """Hand all messages of a type to ``sink``."""
         kind = message_type.message_class.value
         key = self._core.keys.one_way(kind, message_type.wire_name, "*")
-        return self.listen(key, lambda payload: decode_message(payload, message_type), sink)
+        return self.listen(key, lambda payload: decode_messages(payload, message_type), sink)
 
     async def handle(self, handler: Handler, arrivals: Subscription[Arrival[Any]]) -> None:
         """Run a handler for each message in turn; one that fails is logged and left behind."""

@@ -7,6 +7,7 @@ The Zenoh encoding names the message and its revision: ``application/json;xavier
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from types import ModuleType
@@ -23,6 +24,9 @@ JSON_TYPE = "application/json"
 FRAME_TYPE = "application/x-tca-frame"
 REPLY_SUFFIX = ".reply"
 """Appended to a message's name in the encoding of its answer."""
+
+MOST_TOGETHER = 256
+"""Messages in one payload, when many are sent together."""
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -86,6 +90,38 @@ def decode_message(payload: Payload, message_type: type[Message]) -> Message:
     if payload.encoding != json_encoding(message_type):
         _check_tag(payload.encoding, name, message_type.revision)
     return _decode(payload, message_adapter(message_type), name)  # type: ignore[no-any-return]
+
+
+def encode_messages(messages: Sequence[MessageT]) -> list[Payload]:
+    """Encode messages of one type as few payloads: JSON arrays of at most `MOST_TOGETHER`.
+
+    Those with array fields are a payload each.
+    """
+    kind = type(messages[0])
+    if array_fields(kind):
+        return [encode_message(message) for message in messages]
+    write = _list_adapter(kind).serializer.to_json
+    parts = [messages[i : i + MOST_TOGETHER] for i in range(0, len(messages), MOST_TOGETHER)]
+    return [Payload(write(list(part)), json_encoding(kind)) for part in parts]
+
+
+def decode_messages(payload: Payload, message_type: type[Message]) -> Sequence[Message]:
+    """Validate a payload as one message, or as an array of them.
+
+    Raises:
+        InvalidMessageError: It is neither, or one of them does not fit: then none is taken.
+    """
+    if not payload.data.startswith(b"["):
+        return (decode_message(payload, message_type),)
+    name = message_type.wire_name
+    if payload.encoding != json_encoding(message_type):
+        _check_tag(payload.encoding, name, message_type.revision)
+    return _decode(payload, _list_adapter(message_type), name)  # type: ignore[no-any-return]
+
+
+@cache
+def _list_adapter(message_type: type[Message]) -> TypeAdapter[list[Message]]:
+    return TypeAdapter(list[message_type])  # type: ignore[valid-type]
 
 
 def decode_answer(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
