@@ -1,0 +1,187 @@
+"""Direct links: modules that reach each other without the router, and those that need it."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+import zenoh
+from bus_victim import Sleep
+
+from tca_bus import (
+    Broadcast,
+    BusGoneError,
+    BusOptions,
+    Inform,
+    Module,
+    PeerLostError,
+    Query,
+    Router,
+)
+from tca_bus.cli._flags import BusFlags, bus_options
+from tca_bus.testing import eventually
+
+VICTIM = Path(__file__).with_name("bus_victim.py")
+
+
+class Ask(Query[int]):
+    number: int
+
+
+class Tell(Inform):
+    number: int
+
+
+class Shout(Broadcast):
+    number: int
+
+
+class MortalRouter:
+    """A router that the test can kill and start again on its endpoint."""
+
+    def __init__(self):
+        self._router = Router("tcp/127.0.0.1:0")
+
+    async def __aenter__(self):
+        await self._router.__aenter__()
+        self.options = BusOptions(connect=self._router.endpoint, realm="links", links="direct")
+        return self
+
+    async def __aexit__(self, *_):
+        await self._router.__aexit__(None, None, None)
+
+    async def die(self):
+        await self._router.__aexit__(None, None, None)
+
+    async def rise(self):
+        self._router = Router(self.options.connect)
+        await self._router.__aenter__()
+
+
+@pytest.fixture
+async def router():
+    async with MortalRouter() as router:
+        yield router
+
+
+def server(options, told=None, name="server"):
+    module = Module(name, options=options)
+
+    @module.handler(Ask)
+    async def ask(message, context):
+        return message.number + 1
+
+    @module.handler(Tell)
+    async def tell(message, context):
+        told.append(message.number)
+
+    return module
+
+
+def peers(module):
+    transports = module._parts.core.session.zenoh.info.transports()
+    return [one for one in transports if one.whatami == zenoh.WhatAmI.PEER]
+
+
+async def linked(module):
+    await module.wait_for(Ask, timeout=10.0)
+    await eventually(lambda: peers(module))
+
+
+@pytest.mark.bus
+async def test_linked_modules_go_on_while_the_router_is_away(router):
+    told: list[int] = []
+    options = router.options
+    async with server(options, told) as one, Module("asker", options=options) as asker:
+        await linked(asker)
+        assert await asker.query(Ask(number=1)) == 2
+        await router.die()
+        await eventually(lambda: not asker.is_connected and not one.is_connected)
+        assert await asker.query(Ask(number=2)) == 3
+        await asker.inform(Tell(number=4))
+        await eventually(lambda: told == [4])
+        async with asker.subscribe(Shout) as shouts:
+            await one.broadcast(Shout(number=5))
+            assert (await shouts.get()).number == 5
+        assert [module.name for module in asker.modules()] == ["asker", "server"]
+
+
+@pytest.mark.bus
+async def test_linked_modules_meet_newcomers_when_the_router_is_back(router):
+    options = router.options
+    async with server(options, []), Module("asker", options=options) as asker:
+        await linked(asker)
+        await router.die()
+        await eventually(lambda: not asker.is_connected)
+        await router.rise()
+        await asker.connected()
+        async with server(options, [], name="newcomer"):
+            await eventually(lambda: len(asker.modules()) == 3)
+            assert await asker.query(Ask(number=1), to="newcomer") == 2
+            assert await asker.query(Ask(number=2), to="server") == 3
+
+
+@pytest.mark.bus
+async def test_a_module_without_links_is_reached_through_the_router(router):
+    through = router.options.model_copy(update={"links": "router"})
+    async with server(through, []) as far, Module("asker", options=router.options) as asker:
+        await asker.wait_for(Ask, timeout=10.0)
+        assert await asker.query(Ask(number=1)) == 2
+        assert not peers(asker)
+        async with far.subscribe(Shout) as shouts:
+            await asker.broadcast(Shout(number=5))
+            assert (await shouts.get()).number == 5
+
+
+@pytest.mark.bus
+async def test_a_module_without_links_is_not_lost_while_the_router_is_away(router):
+    through = router.options.model_copy(update={"links": "router"})
+    async with (
+        server(through, []),
+        Module("asker", options=router.options) as asker,
+        asker.watch_modules() as changes,
+    ):
+        await asker.wait_for(Ask, timeout=10.0)
+        await router.die()
+        await eventually(lambda: not asker.is_connected)
+        with pytest.raises(BusGoneError):
+            await asker.query(Ask(number=1), timeout=0.2)
+        later = asyncio.create_task(asker.query(Ask(number=2), timeout=30.0))
+        await router.rise()
+        assert await later == 3
+        assert {(await changes.get()).module.name for _ in range(2)} == {"asker", "server"}
+        assert changes.waiting == 0
+
+
+@asynccontextmanager
+async def victim(options):
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, str(VICTIM), options.connect, options.realm, options.links
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
+
+
+@pytest.mark.bus
+@pytest.mark.process
+async def test_a_linked_module_that_is_killed_is_lost(router):
+    async with Module("asker", options=router.options) as asker, victim(router.options) as it:
+        await asker.wait_for(Sleep, timeout=20.0)
+        await eventually(lambda: peers(asker))
+        query = asyncio.create_task(asker.query(Sleep(), timeout=20.0))
+        await eventually(lambda: len(asker._parts.caller._asking._pending) == 1)
+        it.kill()
+        with pytest.raises(PeerLostError, match="'victim'"):
+            await query
+
+
+def test_the_flag_chooses_the_links():
+    assert bus_options(BusFlags(links="direct")).is_direct
+    assert not bus_options(BusFlags()).is_direct
