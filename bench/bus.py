@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -22,6 +23,12 @@ from contenders.processes import everything, route
 from contenders.report import report
 
 DEFAULT_SIZES = (64, 1024, 65536)
+
+ONE_THREAD = (
+    "(rx: (worker_threads: 1), acc: (handover: rx), app: (handover: rx), tx: (handover: rx), "
+    "net: (handover: rx))"
+)
+"""Has Zenoh do all its work on one thread: quicker for a module, and never good for a router."""
 
 
 async def run(names: list[str], plan: Plan) -> None:
@@ -42,9 +49,14 @@ def main() -> None:
     parser.add_argument("--calls", type=int, default=100, help="calls one at a time in a round")
     parser.add_argument("--sizes", type=int, nargs="+", default=DEFAULT_SIZES, help="bytes")
     parser.add_argument("--only", nargs="+", choices=CONTENDERS, default=list(CONTENDERS))
+    parser.add_argument(
+        "--one-thread", action="store_true", help="one Zenoh thread in callers and callees"
+    )
     parser.add_argument("--route", metavar="ENDPOINT", help=argparse.SUPPRESS)
     parser.add_argument("--serve", nargs=4, help=argparse.SUPPRESS)
     flags = parser.parse_args()
+    if flags.one_thread:
+        os.environ["ZENOH_RUNTIME"] = ONE_THREAD
     if flags.route:
         role = route(flags.route)
     elif flags.serve:

@@ -9,7 +9,7 @@ CONTENDERS: dict[str, Contender] = {
         *ours.CONTENDERS,
         *bare_zenoh.CONTENDERS,
         zeromq.CONTENDER,
-        nats_py.CONTENDER,
+        *nats_py.CONTENDERS,
         grpc_aio.CONTENDER,
     )
 }

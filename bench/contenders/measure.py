@@ -80,7 +80,10 @@ async def _turn(client: Client, calls: int, size: int) -> AsyncIterator[tuple[st
     yield "query", await one_at_a_time(client.ask, text, calls)
     yield "queries", await many_at_once(client.ask, text, calls * 5)
     yield "inform", await paced(client, text, calls // 2)
-    yield "informs", await flood(client, text, calls * (20 if size < 10_000 else 5))
+    many = calls * (20 if size < 10_000 else 5)
+    yield "informs", await flood(client, text, many)
+    if hasattr(client, "tell_many"):
+        yield "together", await flood_together(client, text, many)
     if hasattr(client, "command"):
         async for what, series in _tasks(client, text, calls):
             yield what, series
@@ -128,6 +131,20 @@ async def flood(client: Client, text: Text, count: int) -> Series:
         await client.tell(message)
         if not number % BURST:
             await asyncio.sleep(0)
+    return await _flooded(client, count)
+
+
+async def flood_together(client: Any, text: Text, count: int) -> Series:
+    """The same, `BURST` in one message of the transport."""
+    await client.forget()
+    messages = [text()] * BURST
+    for number in range(0, count, BURST):
+        await client.tell_many(messages[: count - number])
+        await asyncio.sleep(0)
+    return await _flooded(client, count)
+
+
+async def _flooded(client: Client, count: int) -> Series:
     seen = await _arrived(client, count)
     rate = seen.count / seen.seconds if seen.seconds else 0.0
     return Series([], [rate], [1 - seen.count / count])

@@ -1,4 +1,8 @@
-"""nats-py with nats-server: requests over the shared inbox, and plain publishing."""
+"""nats-py with nats-server: requests over the shared inbox, and plain publishing.
+
+Once with bytes as they are, and once with the models that our bus carries: built, written as JSON,
+read and validated at both ends, as an application would that wants the same of its messages.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +11,16 @@ import contextlib
 import shutil
 import sys
 from collections.abc import AsyncIterator
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from contenders.base import START_TIMEOUT, BareClient, Contender, Counter, Place
 
 SERVER = "nats-server"
-ASK = "bench.ask"
-TELL = "bench.tell"
+ASK, TELL = "ask", "tell"
 NO_LIMIT = -1
 
 
@@ -52,7 +58,23 @@ async def _quiet(_: Exception) -> None:
     """Say nothing of tries that come too early."""
 
 
-async def serve(place: Place) -> None:
+class Echo(BaseModel):
+    """What our bus carries, too."""
+
+    text: str
+
+
+def write(text: str) -> bytes:
+    """A text as a validated model, in JSON."""
+    return Echo(text=text).model_dump_json().encode()
+
+
+def read(data: bytes) -> str:
+    """The text of a validated model."""
+    return Echo.model_validate_json(data).text
+
+
+async def serve(place: Place, *, prefix: str, with_models: bool) -> None:
     """Give back what is asked, count what is told."""
     counter = Counter()
     client = await _join(place)
@@ -60,48 +82,81 @@ async def serve(place: Place) -> None:
     async def ask(message: Any) -> None:
         await message.respond(counter.answer(message.data))
 
-    async def tell(message: Any) -> None:
-        counter.take(message.data)
+    async def ask_model(message: Any) -> None:
+        answer = counter.answer(read(message.data).encode())
+        await message.respond(write(answer.decode()))
 
-    await client.subscribe(ASK, cb=ask)
+    async def tell(message: Any) -> None:
+        counter.take(read(message.data) if with_models else message.data)
+
+    await client.subscribe(f"{prefix}.{ASK}", cb=ask_model if with_models else ask)
     limits = {"pending_msgs_limit": NO_LIMIT, "pending_bytes_limit": NO_LIMIT}
-    await client.subscribe(TELL, cb=tell, **limits)
+    await client.subscribe(f"{prefix}.{TELL}", cb=tell, **limits)
     await client.flush()
     await asyncio.get_running_loop().create_future()
 
 
 class NatsClient(BareClient):
-    """One connection."""
+    """One connection, and bytes."""
 
-    def __init__(self, client: Any) -> None:
+    def __init__(self, client: Any, prefix: str) -> None:
         self._client = client
+        self._ask = f"{prefix}.{ASK}"
+        self._tell = f"{prefix}.{TELL}"
 
     async def ask(self, text: str) -> bytes:
-        answer = await self._client.request(ASK, text.encode(), timeout=START_TIMEOUT)
+        answer = await self._client.request(self._ask, text.encode(), timeout=START_TIMEOUT)
         return answer.data  # type: ignore[no-any-return]
 
     async def tell(self, text: str) -> None:
-        await self._client.publish(TELL, text.encode())
+        await self._client.publish(self._tell, text.encode())
+
+
+class ModelClient(NatsClient):
+    """One connection, and models."""
+
+    async def ask(self, text: str) -> bytes:
+        answer = await self._client.request(self._ask, write(text), timeout=START_TIMEOUT)
+        return read(answer.data).encode()
+
+    async def tell(self, text: str) -> None:
+        await self._client.publish(self._tell, write(text))
 
 
 @contextlib.asynccontextmanager
-async def connect(place: Place) -> AsyncIterator[NatsClient]:
+async def connect(
+    place: Place, *, prefix: str, kind: type[NatsClient]
+) -> AsyncIterator[NatsClient]:
     """Connect the caller, and wait until the callee answers."""
     from nats.errors import NoRespondersError  # noqa: PLC0415 -- may be missing
 
-    client = await _join(place)
+    connection = await _join(place)
+    client = kind(connection, prefix)
     try:
         async with asyncio.timeout(START_TIMEOUT):
             while True:
                 with contextlib.suppress(NoRespondersError):
-                    await client.request(ASK, b"", timeout=START_TIMEOUT)
+                    await client.ask("ready?")
                     break
                 await asyncio.sleep(0.05)
-        yield NatsClient(client)
+        yield client
     finally:
-        await client.close()
+        await connection.close()
 
 
-CONTENDER = Contender(
-    "nats", "NATS", serve, connect, needs=("nats",), helper=command, why_not=why_not
-)
+def _contender(name: str, title: str, kind: type[NatsClient]) -> Contender:
+    return Contender(
+        name,
+        title,
+        partial(serve, prefix=name, with_models=kind is ModelClient),
+        partial(connect, prefix=name, kind=kind),
+        needs=("nats",),
+        helper=command,
+        why_not=why_not,
+    )
+
+
+CONTENDERS = [
+    _contender("nats", "NATS", NatsClient),
+    _contender("nats-models", "NATS, the same models", ModelClient),
+]

@@ -109,6 +109,10 @@ class BusClient:
     async def tell(self, text: str) -> None:
         await self._module.inform(Note(text=text))
 
+    async def tell_many(self, texts: list[str]) -> None:
+        """Send many texts one way, together."""
+        await self._module.inform_many([Note(text=text) for text in texts])
+
     async def received(self) -> Received:
         return Received(**(await self._module.query(TakeStock())).model_dump())
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import socket
 import sys
 from collections.abc import AsyncIterator
@@ -23,9 +24,10 @@ async def route(endpoint: str) -> None:
 
 
 @contextlib.asynccontextmanager
-async def process(*command: str) -> AsyncIterator[None]:
-    """Run a process; it is stopped at the end."""
-    child = await asyncio.create_subprocess_exec(*command)
+async def process(*command: str, without: str = "") -> AsyncIterator[None]:
+    """Run a process, ``without`` a variable of the environment; it is stopped at the end."""
+    env = {name: value for name, value in os.environ.items() if name != without}
+    child = await asyncio.create_subprocess_exec(*command, env=env)
     try:
         yield
     finally:
@@ -45,7 +47,8 @@ async def everything(
     """Start the router, the callees and what they need; give the connected callers."""
     router = f"tcp/127.0.0.1:{free_port()}"
     async with contextlib.AsyncExitStack() as stack:
-        await stack.enter_async_context(process(sys.executable, MAIN, "--route", router))
+        routing = process(sys.executable, MAIN, "--route", router, without="ZENOH_RUNTIME")
+        await stack.enter_async_context(routing)
         await _listening(router)
         clients: dict[Contender, Client] = {}
         for contender in contenders:

@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Callable, Iterable
 
 from contenders.base import p99
-from contenders.measure import AT_ONCE, Plan, Samples, Series
+from contenders.measure import AT_ONCE, BURST, Plan, Samples, Series
 
 OURS, DIRECT = "tca_bus, router", "tca_bus, direct"
 NATS, GRPC, BARE = "NATS", "gRPC asyncio", "bare Zenoh query, router"
@@ -16,6 +16,7 @@ WHAT = {
     "queries": f"Queries, {AT_ONCE} at a time",
     "inform": "Inform, one way, 500 a second",
     "informs": "Informs, as fast as they go",
+    "together": f"Informs, {BURST} sent together with `inform_many`",
     "command": "Command: acknowledged, journaled, handled, its result",
     "commands": f"Commands, {AT_ONCE} at a time",
     "goal": "Goal with ten children",
@@ -91,6 +92,7 @@ def _aims(samples: Samples, size: int) -> str:
         _aim("query, router, to gRPC", query, median("query", GRPC), 1.0),
         _aim("informs, router, to NATS", rate("informs", NATS), rate("informs", OURS), 1.0),
         _aim("informs, direct, to NATS", rate("informs", NATS), rate("informs", DIRECT), 1.0),
+        _aim("informs together, to NATS", rate("informs", NATS), rate("together", OURS), 1.0),
         _aim("command, to our query", command, query, 3.0),
     ]
     table = _markdown(["time of one", "ratio", "at most", ""], rows)
