@@ -116,7 +116,7 @@ class Asking:
             return
         for call in self._pending.to(change.module.incarnation):
             call.fail(PeerLostError(call.callee.name, call.name))
-            self._core.outlets.forget(self._core.keys.call(call.callee, call.name, self._core.name))
+        self._core.outlets.forget_module(change.module.incarnation)
 
     def _returned(self, module: PresentModule) -> None:
         """Send again what may have been lost with the link to a module, or its answer."""

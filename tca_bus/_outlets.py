@@ -13,7 +13,7 @@ from tca_bus._wire import Payload
 
 logger = logging.getLogger(__name__)
 
-MOST_OUTLETS = 1024
+MOST_OUTLETS = 8192
 """Declared publishers; the one that was used least recently is given up for a new one."""
 
 
@@ -78,6 +78,11 @@ class Outlets:
         outlet = self._by_key.pop(key, None)
         if outlet is not None and not self._session.is_closed:
             outlet.end()
+
+    def forget_module(self, incarnation: str) -> None:
+        """Give up all outlets to a module that is gone."""
+        for key in [key for key in self._by_key if f"/{incarnation}/" in key]:
+            self.forget(key)
 
     def _declare(self, key: str) -> Outlet:
         if len(self._by_key) >= self._most:

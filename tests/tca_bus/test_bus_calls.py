@@ -295,7 +295,12 @@ async def test_outlets_are_kept_for_the_keys_that_are_used(options):
         assert outlets.at("a") is first
         outlets.forget("a")
         outlets.forget("a")
-        assert outlets.at("a") is not first
+        again = outlets.at("a")
+        assert again is not first
+        outlets.at("call/server/01/ask/asker")
+        outlets.forget_module("01")
+        assert len(outlets) == 1
+        assert outlets.at("a") is again
 
 
 def call(id, *, callee="server", incarnation="01", deadline=math.inf):
