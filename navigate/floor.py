@@ -7,7 +7,7 @@ from functools import cached_property
 
 from navigate.messages import RoomLocation
 from navigate.walls import Floats, Passage, map_passages, wall_segments
-from tca_bus import TcaError, did_you_mean, near_matches
+from tca_bus import TcaError, near_matches, near_or_all
 from xavier_sim.messages import FloorPlan, Space, SpaceKind
 
 CENTIMETRES = 100.0
@@ -21,7 +21,7 @@ class UnknownRoomError(TcaError, LookupError):
 
     def __init__(self, room: str, known: list[str]) -> None:
         self.room, self.near = room, near_matches(room, known)
-        super().__init__(f"the map has no room {room!r}.{did_you_mean(room, known)}")
+        super().__init__(f"the map has no room {room!r}.{near_or_all(room, known)}")
 
 
 class Floor:

@@ -30,6 +30,11 @@ DOOR_SECONDS = 10.0
 Point = tuple[float, float]
 
 
+def show_point(point: Point) -> str:
+    """A point in metres, for people; short however far off it is."""
+    return f"({point[0]:.5g}, {point[1]:.5g})"
+
+
 @dataclass(frozen=True, slots=True)
 class Node:
     """A point where ways meet: the stand-off of ``passage`` in ``space``."""

@@ -6,10 +6,14 @@ Map locations are in the papers' map units, read as centimetres; everything else
 from __future__ import annotations
 
 import enum
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus import Command, Goal, Query
+
+RoomName = Annotated[str, Field(max_length=64)]
+"""A room as the map calls it, such as ``r-5303``."""
 
 
 class NavigationFailure(enum.StrEnum):
@@ -83,7 +87,7 @@ class SetPosition(Command[Position]):
 
     wire_name = "C_setPosition"
 
-    room: str
+    room: RoomName
 
 
 class RoomLocation(BaseModel):
@@ -101,7 +105,7 @@ class WhereIsRoom(Query[RoomLocation]):
 
     wire_name = "navigateRoom"
 
-    room: str
+    room: RoomName
 
 
 class Rooms(Query[list[RoomLocation]]):
@@ -126,5 +130,5 @@ class PlanRoute(Query[Route]):
 
     wire_name = "navigateRoute"
 
-    goal: str
-    start: str | None = None
+    goal: RoomName
+    start: RoomName | None = None

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from navigate.floor import Floor, frame
-from navigate.graph import CRUISE, Graph, Link, Node, Point, build_graph, straight
+from navigate.graph import CRUISE, Graph, Link, Node, Point, build_graph, show_point, straight
 from navigate.messages import Route
 from navigate.walls import Passage
 
@@ -21,7 +21,7 @@ class NoRouteError(LookupError):
 
     def __init__(self, goal: Point, why: str) -> None:
         self.goal, self.why = goal, why
-        super().__init__(f"no route to ({goal[0]:.2f}, {goal[1]:.2f}): {why}")
+        super().__init__(f"no route to {show_point(goal)}: {why}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +128,8 @@ class Planner:
         Raises:
             NoRouteError: ``goal`` lies in no free space, or every way there is blocked.
         """
+        if self.floor.space_at(*goal) is None:
+            raise NoRouteError(goal, "that lies in no space of the floor")
         if not self.floor.free(*goal, clearance=0.2):
             raise NoRouteError(goal, "there is no room for the robot")
         blocked = hindrances or Hindrances()

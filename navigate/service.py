@@ -10,7 +10,7 @@ from typing import Any
 
 from navigate.driver import Drive as Errand
 from navigate.floor import CENTIMETRES, UnknownRoomError
-from navigate.graph import Point
+from navigate.graph import Point, show_point
 from navigate.keeping import StateFile
 from navigate.messages import (
     NavigateToGoal,
@@ -69,7 +69,7 @@ class NavigateService:
     def __init__(
         self, navigator: Navigator, options: BusOptions | None, kept: StateFile | None = None
     ) -> None:
-        self.module = Module(NAME, options=options)
+        self.module = Module(NAME, options=options, sole=True)
         self._navigator, self._kept = navigator, kept
         self._sensors: Sensors | None = None
         self._heard, self._ended = asyncio.Event(), asyncio.Event()
@@ -88,6 +88,7 @@ class NavigateService:
 
         Raises:
             BusGoneError: there is no router.
+            RefusedError: there is a navigator on the realm.
         """
         self._load()
         async with self.module:
@@ -122,7 +123,10 @@ class NavigateService:
         drive = Drive(tick=sensors.tick, speed=wheels.speed, turn_rate=wheels.turn, busy=busy)
         try:
             await self.module.inform(drive)
-        except (NoHandlerError, BusGoneError, ClosedError) as error:
+        except ClosedError:
+            # This module is on its way out, and the robot sees that it goes.
+            return
+        except (NoHandlerError, BusGoneError) as error:
             self._unheard += 1
             if self._unheard == 1:
                 log.warning("nobody takes the wheels' commands: %s", error)
@@ -171,7 +175,7 @@ class NavigateService:
 
     def _name(self, point: Point) -> str:
         room = self._navigator.floor.room_near(*point)
-        return room or f"({point[0]:.2f}, {point[1]:.2f})"
+        return room or show_point(point)
 
     async def _on_set_position(self, command: SetPosition, _context: TaskContext) -> Position:
         with _told_unknown():

@@ -169,11 +169,11 @@ async def run_agent(options: AgentOptions, bus: BusOptions) -> None:
     """Run the rogue module until cancelled.
 
     Raises:
-        TcaError: no router, no navigator within a bounded time, or the store or the people
-            directory cannot be used.
+        TcaError: no router, another agent on the realm, no navigator within a bounded time, or
+            the store or the people directory cannot be used.
     """
     directory = load_directory(options.directory)
-    module = Module("rogue", options=bus)
+    module = Module("rogue", options=bus, sole=True)
     async with Store(options.folder) as store:
         agent = Agent(module, store, directory, options)
         agent.open_desk()

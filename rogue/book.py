@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable
 
 from rogue.conversation import announce
@@ -10,6 +11,8 @@ from rogue.directory import Directory
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
 from rogue.store import Facts, Store
 from tca_bus import Module
+
+log = logging.getLogger(__name__)
 
 
 class RequestBook:
@@ -49,6 +52,14 @@ class RequestBook:
         """Take on a request; it is on disk when this returns."""
         await self._store.add_request(request, why)
         self._open[request.id] = request
+        log.info(
+            "request %s accepted: %s for %s, %s to %s",
+            request.id,
+            request.item,
+            request.user,
+            request.pickup,
+            request.deliver,
+        )
         self._wake()
         await announce(self._module, RequestChanged(request=request))
 
@@ -78,6 +89,8 @@ class RequestBook:
         """Take over a change that is on disk already, and tell of it."""
         if request.state.is_final:
             self._open.pop(request.id, None)
+            why = f": {request.reason}" if request.reason else ""
+            log.info("request %s %s%s", request.id, request.state, why)
         elif request.id in self._open:
             self._open[request.id] = request
         self._wake()

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable
 
 from rogue.book import RequestBook
 from rogue.directory import Directory
-from rogue.errors import IdTakenError, RequestError, UnknownNameError
+from rogue.errors import IdTakenError, RequestError, UnknownRequestError
 from rogue.intake import accept, is_same_errand
 from rogue.messages import (
     CancelRequest,
@@ -109,8 +109,7 @@ class Desk:
         request = await self._store.request(request_id)
         if request is None:
             known = [request.id for request in await self._store.requests()]
-            error = UnknownNameError(Refusal.UNKNOWN_REQUEST, "request", request_id, known)
-            raise error.as_task_error()
+            raise UnknownRequestError(request_id, known).as_task_error()
         return request
 
     async def _known_rooms(self) -> dict[str, tuple[float, float]]:

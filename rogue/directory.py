@@ -66,7 +66,7 @@ class Directory(_Entry):
             UnknownNameError: there is nobody of that name.
         """
         if user not in self.people:
-            raise UnknownNameError(Refusal.UNKNOWN_USER, "user", user, self.people, show=True)
+            raise UnknownNameError(Refusal.UNKNOWN_USER, "user", user, self.people)
         return self.people[user]
 
     def item(self, item: str) -> Item:
@@ -76,7 +76,7 @@ class Directory(_Entry):
             UnknownNameError: nothing of that name is carried.
         """
         if item not in self.items:
-            raise UnknownNameError(Refusal.UNKNOWN_ITEM, "item", item, self.items, show=True)
+            raise UnknownNameError(Refusal.UNKNOWN_ITEM, "item", item, self.items)
         return self.items[item]
 
     def ends(self, user: str, item: str) -> tuple[str, str]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from rogue.messages import Refusal
-from tca_bus import TaskError, TcaError, near_matches
+from tca_bus import TaskError, TcaError, did_you_mean, near_matches, near_or_all
 
 
 class RequestError(TcaError, ValueError):
@@ -23,19 +23,21 @@ class RequestError(TcaError, ValueError):
 
 
 class UnknownNameError(RequestError):
-    """A user, item or room that nobody has heard of; ``near`` are names that look like it."""
+    """A user, item or room that is not known; ``near`` are names that look like it."""
 
-    def __init__(
-        self, refusal: Refusal, kind: str, name: str, known: Iterable[str], *, show: bool = False
-    ) -> None:
-        known = sorted(known)
+    def __init__(self, refusal: Refusal, kind: str, name: str, known: Iterable[str]) -> None:
+        known = list(known)
         self.name, self.near = name, near_matches(name, known)
-        super().__init__(refusal, f"there is no {kind} {name!r}.{self._advice(known, show=show)}")
+        super().__init__(refusal, f"there is no {kind} {name!r}.{near_or_all(name, known)}")
 
-    def _advice(self, known: Sequence[str], *, show: bool) -> str:
-        if self.near:
-            return f" Did you mean {' or '.join(repr(name) for name in self.near)}?"
-        return f" There are: {', '.join(known)}." if show else ""
+
+class UnknownRequestError(RequestError):
+    """No request has this id."""
+
+    def __init__(self, request_id: str, known: Iterable[str]) -> None:
+        self.request_id = request_id
+        hint = did_you_mean(request_id, known) or " 'rogue requests' lists them."
+        super().__init__(Refusal.UNKNOWN_REQUEST, f"there is no request {request_id!r}.{hint}")
 
 
 class SameRoomError(RequestError):

@@ -1,7 +1,17 @@
 """TCA, the Task Control Architecture, on Eclipse Zenoh: typed messages and a task tree."""
 
+from tca_bus._attaching import AttachmentHandle, catch, clean_up, tap
+from tca_bus._attachments import (
+    Attachment,
+    Catch,
+    CleanUp,
+    Resolution,
+    Tap,
+    TapCondition,
+    TapNotice,
+)
 from tca_bus._clock import Clock
-from tca_bus._context import Context, TaskContext
+from tca_bus._context import Context
 from tca_bus._errors import (
     BusGoneError,
     BusyError,
@@ -10,6 +20,7 @@ from tca_bus._errors import (
     HandlerFailedError,
     InvalidMessageError,
     KilledError,
+    NeverSetError,
     NoHandlerError,
     PeerLostError,
     RefusedError,
@@ -17,8 +28,10 @@ from tca_bus._errors import (
     TaskFailedError,
     TcaError,
     TimedOutError,
+    VariableChangedError,
     did_you_mean,
     near_matches,
+    near_or_all,
 )
 from tca_bus._failure import Failure
 from tca_bus._handle import TaskHandle
@@ -26,6 +39,7 @@ from tca_bus._logs import configure_logging
 from tca_bus._messages import (
     Broadcast,
     Command,
+    Demon,
     Goal,
     Inform,
     Message,
@@ -36,54 +50,96 @@ from tca_bus._messages import (
     TcaException,
 )
 from tca_bus._module import Module
+from tca_bus._monitor_spec import Condition, MonitorReport
+from tca_bus._multi import Answers
 from tca_bus._options import BusOptions
+from tca_bus._orders import HasPoints, Interval, Moment, Order, Point, TaskRef
 from tca_bus._presence import PresenceChange, PresentModule
 from tca_bus._protocol import AwaitTime, Constraint, SimulatedTime, TaskState, TaskStatus
 from tca_bus._router import Router
+from tca_bus._sending import SendOptions
+from tca_bus._steering import MonitorOptions
 from tca_bus._subscription import Subscription
+from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
+from tca_bus._tree_queries import Relation
+from tca_bus._variable_watch import VariableWatch
+from tca_bus._variables import Reading, Variable, VariableState
 
 __all__ = [
+    "Answers",
+    "Attachment",
+    "AttachmentHandle",
     "AwaitTime",
     "Broadcast",
     "BusGoneError",
     "BusOptions",
     "BusyError",
+    "Catch",
+    "CleanUp",
     "Clock",
     "ClosedError",
     "Command",
+    "Condition",
     "ConfigError",
     "Constraint",
     "Context",
+    "Demon",
+    "ExceptionContext",
     "Failure",
     "Goal",
     "HandlerFailedError",
+    "HasPoints",
     "Inform",
+    "Interval",
     "InvalidMessageError",
     "KilledError",
     "Message",
     "MessageClass",
     "Module",
+    "Moment",
+    "MonitorContext",
+    "MonitorOptions",
+    "MonitorReport",
     "MultiQuery",
+    "NeverSetError",
     "NoHandlerError",
+    "Order",
     "PeerLostError",
+    "Point",
     "PresenceChange",
     "PresentModule",
     "Query",
+    "Reading",
     "RefusedError",
+    "Relation",
+    "Resolution",
     "Router",
+    "SendOptions",
     "SimulatedTime",
     "Subscription",
+    "Tap",
+    "TapCondition",
+    "TapNotice",
     "TaskContext",
     "TaskError",
     "TaskFailedError",
     "TaskHandle",
     "TaskMessage",
+    "TaskRef",
     "TaskState",
     "TaskStatus",
     "TcaError",
     "TcaException",
     "TimedOutError",
+    "Variable",
+    "VariableChangedError",
+    "VariableState",
+    "VariableWatch",
+    "catch",
+    "clean_up",
     "configure_logging",
     "did_you_mean",
     "near_matches",
+    "near_or_all",
+    "tap",
 ]

@@ -82,6 +82,8 @@ class Asking:
             ClosedError: This module was closed.
             TimeoutError: There was no answer by the deadline.
         """
+        if not self._core.presence.table.state_of(callee.incarnation):
+            await self.stays(callee, name)
         future: asyncio.Future[Answer] = self._loop.create_future()
         call = Call(stamp.id, name, callee, payload, stamp.attachment, deadline, future)
         self._pending.add(call, time.monotonic())
@@ -96,7 +98,9 @@ class Asking:
                 call.asking.cancel()
 
     def _publish(self, call: Call) -> bool:
-        """Send a query to where its callee listens; False when nobody is seen to."""
+        """Send a query to where its callee listens; False when nobody is seen to now."""
+        if not self._core.session.can_send:
+            return False
         key = self._core.keys.call(call.callee, call.name, self._core.name)
         outlet = self._core.outlets.at(key)
         if not outlet.is_heard:

@@ -12,32 +12,38 @@ import logging
 import os
 import time
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from tca_bus._central_alarms import Alarms
 from tca_bus._central_desk import Desk
 from tca_bus._central_post import Post
-from tca_bus._errors import NoHandlerError, RefusedError, TcaError
+from tca_bus._central_steering import SteeringDesk
+from tca_bus._central_variables import VariableDesk
+from tca_bus._errors import NoHandlerError, RefusedError, TcaError, TimedOutError
 from tca_bus._journal import Journal, JournalError
 from tca_bus._messages import MessageClass
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
 from tca_bus._presence import PresentModule
-from tca_bus._protocol import Describe, ModuleCard, SubmitTask, TaskStatus
+from tca_bus._protocol import Describe, ModuleCard, ProvidedMessage, SubmitTask, TaskStatus
 from tca_bus.tasktree import (
     Cancel,
     Dispatch,
     Effect,
     Ended,
     Event,
+    Freed,
     HandlerMissing,
     ProviderAppeared,
     ProviderLost,
     Publish,
     Record,
+    SetAlarm,
+    Tell,
     Tree,
     WaitForHandler,
 )
@@ -55,7 +61,10 @@ INTRODUCTION_DELAY = 1.0
 MOST_RECENT = 1000
 """Last statuses of ended nodes that are kept at hand for late viewers."""
 
-TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND})
+TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND, MessageClass.EXCEPTION})
+
+UNLIMITED = 1_000_000
+"""How many monitors may test one condition."""
 
 
 @dataclass(slots=True)
@@ -74,6 +83,8 @@ class Central:
     Args:
         options: How to join the bus.
         data: The folder of ``central.db``; None keeps the journal in memory.
+        on_end: Called with the last status of each node, once it is in the journal and at most
+            once, also over restarts.
 
     Raises:
         RefusedError: on entering, there is a central on the realm already.
@@ -81,15 +92,25 @@ class Central:
         BusGoneError: on entering, there is no router.
     """
 
-    def __init__(self, options: BusOptions | None = None, *, data: Path | None = None) -> None:
+    def __init__(
+        self,
+        options: BusOptions | None = None,
+        *,
+        data: Path | None = None,
+        on_end: Callable[[TaskStatus], None] = lambda _: None,
+    ) -> None:
         self.options = options or BusOptions()
         self.module = Module(NAME, options=self.options)
         self.journal = Journal(data / "central.db" if data is not None else None)
         self.tree = Tree()
         self.recent: OrderedDict[str, TaskStatus] = OrderedDict()
         self.ready = asyncio.Event()
+        self._on_end = on_end
         self._post = Post(self)
+        self._alarms = Alarms(self)
         self._desk = Desk(self)
+        self._steering = SteeringDesk(self)
+        self._variables = VariableDesk(self.module, self.journal)
         self._batches: list[_Batch] = []
         self._wake = asyncio.Event()
         self._settled_at = 0.0
@@ -101,6 +122,8 @@ class Central:
         await self.journal.__aenter__()
         try:
             self._desk.serve(self.module)
+            self._steering.serve(self.module)
+            self._variables.serve()
             await self.module.__aenter__()
         except BaseException:
             await self.journal.__aexit__(None, None, None)
@@ -141,6 +164,13 @@ class Central:
         self._changed.set()
         self._changed = asyncio.Event()
         return done
+
+    def now(self) -> float:
+        """The time of central's clock; the epoch while simulated time is not known yet."""
+        try:
+            return self.module.clock.now()
+        except TimedOutError:
+            return 0.0
 
     async def committed(self) -> None:
         """Wait until all that happened so far is in the journal."""
@@ -193,10 +223,12 @@ class Central:
         self._settled_at = time.monotonic() + RETURN_GRACE
         self.module.serve_statuses(self.lookup)
         self.module.start(self._write_batches(), name="central.journal")
+        self._alarms.begin()
         self._enqueue(effects)
         self._welcome_modules()
         self.module.start(self._watch_modules(), name="central.presence")
         self.module.start(self._settle(), name="central.settle")
+        await self._variables.begin()
         self.ready.set()
         if len(self.tree):
             logger.info("goes on with %d task nodes from the journal", len(self.tree))
@@ -229,7 +261,7 @@ class Central:
                     self._welcome_modules()
                 else:
                     self._described.discard(change.module)
-                    self._part_with(change.module.incarnation)
+                    self._part_with(change.module.incarnation, change.module.name)
 
     def _welcome_modules(self) -> None:
         present = set(self.module.modules())
@@ -239,7 +271,7 @@ class Central:
             if not module.provides or module.name == NAME:
                 continue
             capacities = dict.fromkeys(module.provides, 1)
-            self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
+            self.happen(ProviderAppeared(self.now(), module.name, module.incarnation, capacities))
             self.module.start(self._get_to_know(module), name=f"central.describe.{module.name}")
 
     async def _get_to_know(self, module: PresentModule) -> None:
@@ -258,17 +290,17 @@ class Central:
         """Note how many tasks a module handles at once; it stops those it was relieved of."""
         if module not in self.module.modules():
             return
-        capacities = {p.name: p.capacity for p in card.provides if p.message_class in TASKS}
-        self.happen(ProviderAppeared(_now(), module.name, module.incarnation, capacities))
+        capacities = {p.name: _capacity(p) for p in card.provides}
+        self.happen(ProviderAppeared(self.now(), module.name, module.incarnation, capacities))
         for taken in card.handling:
             if not self.tree.is_current(taken.id, taken.attempt):
                 self._post.recall(taken.id, taken.attempt, module.incarnation)
 
-    def _part_with(self, incarnation: str) -> None:
+    def _part_with(self, incarnation: str, module: str = "") -> None:
         name = self.tree.holders().get(incarnation)
         if name is not None:
             logger.warning("module %s is gone", name)
-            self.happen(ProviderLost(_now(), incarnation))
+        self.happen(ProviderLost(self.now(), incarnation, name or module))
 
     async def _write_batches(self) -> None:
         """Write all that came since the last commit in one transaction, then act on it."""
@@ -285,16 +317,15 @@ class Central:
 
     async def _write(self, effects: list[Effect]) -> None:
         records = [effect for effect in effects if isinstance(effect, Record)]
-        published = [effect.status for effect in effects if isinstance(effect, Publish)]
+        freed = [effect for effect in effects if isinstance(effect, Freed)]
         ended = [effect for effect in effects if isinstance(effect, Ended)]
         if records or ended:
-            finals = [status for status in published if status.is_ended]
-            await self.journal.write(records, finals, ended)
+            await self.journal.write(records, freed, ended)
 
     def _remember(self, effects: list[Effect]) -> None:
         for effect in effects:
-            if isinstance(effect, Ended):
-                self.recent.update({status.id: status for status in effect.statuses})
+            if isinstance(effect, Freed):
+                self.recent[effect.status.id] = effect.status
         while len(self.recent) > MOST_RECENT:
             self.recent.popitem(last=False)
 
@@ -303,10 +334,16 @@ class Central:
             match effect:
                 case Publish(status=status):
                     self.module.publish_status(status)
+                    if status.is_ended:
+                        self._on_end(status)
                 case Dispatch():
                     self._post.dispatch(effect)
                 case Cancel():
                     self._post.cancel(effect)
+                case Tell():
+                    self._post.tell(effect)
+                case SetAlarm():
+                    self._alarms.add(effect)
                 case WaitForHandler():
                     self.module.start(self._wait(effect), name=f"central.wait.{effect.id}")
                 case _:
@@ -315,7 +352,12 @@ class Central:
     async def _wait(self, wait: WaitForHandler) -> None:
         await asyncio.sleep(wait.seconds)
         if self.tree.is_missing(wait.id, wait.number):
-            self.happen(HandlerMissing(_now(), wait.id))
+            self.happen(HandlerMissing(self.now(), wait.id))
+
+
+def _capacity(provided: ProvidedMessage) -> int:
+    """How many nodes of a message a module takes at once; conditions are no work."""
+    return provided.capacity or 1 if provided.message_class in TASKS else UNLIMITED
 
 
 async def refuse_second(options: BusOptions) -> None:
@@ -340,7 +382,3 @@ def second_central(realm: str, other: PresentModule) -> RefusedError:
         "realm with --realm"
     )
     return RefusedError(f"a second central on realm {realm!r}", why)
-
-
-def _now() -> float:
-    return time.time()

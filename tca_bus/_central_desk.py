@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-import time
 from typing import TYPE_CHECKING
 
+from tca_bus._central_past import without_past
 from tca_bus._context import Context
 from tca_bus._errors import RefusedError, TaskError, did_you_mean
 from tca_bus._module import Module
@@ -59,10 +59,13 @@ class Desk:
         if ended is not None:
             check_same(task, ended.name, ended.data)
             return ended
+        if task.orders:
+            orders = await without_past(self._central, task.orders, new=task.id)
+            task = task.model_copy(update={"orders": tuple(orders)})
         await self._central.admit(task)
         # It may have come, and ended, while this one waited.
         if task.id not in self._central.recent:
-            self._central.happen(Submitted(time.time(), task))
+            self._central.happen(Submitted(self._central.now(), task))
         return await self._known(task.id)
 
     async def kill(self, order: KillTask, context: Context) -> TaskStatus:
@@ -73,7 +76,9 @@ class Desk:
         if ended is not None:
             return ended
         reason = order.reason or f"killed by {context.sender}"
-        kept = self._central.happen(KillRequested(time.time(), order.id, reason, order.only_below))
+        kept = self._central.happen(
+            KillRequested(self._central.now(), order.id, reason, order.only_below)
+        )
         status = self._central.status(order.id)
         await kept
         if status is None:
@@ -99,21 +104,21 @@ class Desk:
     async def log(self, question: ReadLog, _: Context) -> list[LogEntry]:
         """Lines of the history."""
         await self._central.committed()
-        journal = self._central.journal
-        return await journal.read_log(question.after, question.most, question.task)
+        return await self._central.journal.read_log(question)
 
     async def report(self, report: ReportOutcome, context: Context) -> Taken:
         """Take the end of a handler; one that comes twice or too late changes nothing."""
         await self._central.ready.wait()
         self._check_reporter(report, context.sender)
         event = Reported(
-            time.time(),
+            self._central.now(),
             report.id,
             report.attempt,
             report.outcome,
             report.result,
             report.failure,
             report.seen_failures,
+            report.resolution,
         )
         await self._central.happen(event)
         return Taken(id=report.id, attempt=report.attempt)

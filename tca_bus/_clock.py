@@ -18,6 +18,9 @@ from dataclasses import dataclass, field
 
 from tca_bus._errors import TimedOutError
 
+LONGEST_NAP = 1.0
+"""Wall seconds after which a wait for the time of day looks at it again."""
+
 
 class Clock(ABC):
     """The time of the world, in seconds since the epoch."""
@@ -63,8 +66,10 @@ class WallClock(Clock):
         return time.time()
 
     async def sleep_until(self, when: float) -> None:
-        """Wait until ``when``."""
-        await asyncio.sleep(max(0.0, when - time.time()))
+        """Wait until ``when``; a clock that is set meanwhile is noticed within a second."""
+        await asyncio.sleep(0)
+        while (left := when - time.time()) > 0:  # noqa: ASYNC110
+            await asyncio.sleep(min(left, LONGEST_NAP))
 
     async def watch_until(self, when: float) -> None:
         """Wait until ``when``; on the wall there is no difference."""

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import secrets
 import time
-from collections.abc import Callable, Coroutine
-from dataclasses import dataclass, field
+from collections.abc import Coroutine
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from tca_bus._errors import InvalidMessageError
 from tca_bus._keys import Keys
 from tca_bus._outlets import Outlets
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._session import Session
-
-logger = logging.getLogger(__name__)
+from tca_bus._tally import Tally
 
 
 class Spawn(Protocol):
@@ -25,24 +22,6 @@ class Spawn(Protocol):
     def __call__(self, coroutine: Coroutine[Any, Any, Any], *, name: str) -> asyncio.Task[Any]:
         """Start it."""
         ...
-
-
-@dataclass
-class Tally:
-    """What a module has lost and refused, for its card."""
-
-    invalid: int = 0
-    counters: dict[str, Callable[[], int]] = field(default_factory=dict)
-
-    def note_invalid(self, error: InvalidMessageError, *, sender: str) -> None:
-        """Count a message that did not validate, and log it."""
-        self.invalid += 1
-        logger.warning("from %s: %s", sender, error)
-
-    def dropped(self) -> dict[str, int]:
-        """How many messages each queue has dropped; queues without a loss are left out."""
-        counts = {name: count() for name, count in self.counters.items()}
-        return {name: count for name, count in counts.items() if count}
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import itertools
-import random
 import re
 import secrets
 from contextvars import ContextVar
-from hashlib import blake2b
 from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -15,22 +13,15 @@ from pydantic_core import to_json
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._problems import problems_of
-
-TRACEPARENT_PATTERN = r"^[0-9a-f]{2}-[0-9a-f]{32}-[0-9a-f]{16}-[0-9a-f]{2}$"
-
-INCARNATION_PATTERN = re.compile(r"[A-Za-z0-9._-]{1,100}")
-"""What a sender's incarnation has to be for an answer to find the way back: one chunk of a key."""
-
-_numbers = itertools.count(1)
-_chance = random.Random(secrets.randbits(128))
+from tca_bus._trace_context import TRACEPARENT_PATTERN, active_traceparent, adopt
 
 
 class Envelope(BaseModel):
     """The attachment, as JSON.
 
     ``sender`` is the sending incarnation; who it is stands in the key. ``task`` is the task in
-    whose handler the message was sent, ``traceparent`` the W3C trace context in which it was
-    sent; what was sent outside of any begins one, see `trace`.
+    whose handler the message was sent, ``traceparent`` the W3C trace context: the span that it
+    was sent from, None when there is none.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -40,22 +31,16 @@ class Envelope(BaseModel):
     task: str | None = Field(default=None, max_length=200)
     traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
 
-    @property
-    def trace(self) -> str:
-        """The W3C trace context to go on from: the one that it has, or one made of its id.
-
-        Whoever receives a message finds the same trace, though nobody sent it.
-        """
-        if self.traceparent is not None:
-            return self.traceparent
-        digest = blake2b(self.id.encode(), digest_size=24).hexdigest()
-        return f"00-{digest[:32]}-{digest[32:]}-01"
-
 
 handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
 """The envelope of what the running handler handles."""
 
+INCARNATION_PATTERN = re.compile(r"[A-Za-z0-9._-]{1,100}")
+"""What a sender's incarnation has to be for an answer to find the way back: one chunk of a key."""
+
 _ENVELOPES = TypeAdapter(Envelope)
+
+_numbers = itertools.count(1)
 
 
 class Stamp(NamedTuple):
@@ -66,18 +51,26 @@ class Stamp(NamedTuple):
 
 
 def new_stamp(sender: str) -> Stamp:
-    """Make an id and an envelope for a new message from an incarnation.
-
-    Task and trace go on from the running handler.
-    """
+    """Make an id and an attachment for a new message from an incarnation; see `new_envelope`."""
     # An incarnation is unique, so with a number it names one message for ever.
     id = f"{sender}.{next(_numbers):x}"
     inside = handled.get()
-    if inside is None:
+    trace = sending_traceparent()
+    if inside is None and trace is None:
         return Stamp(id, f'{{"id":"{id}","sender":"{sender}"}}'.encode())
-    trace = next_traceparent(inside.trace)
-    envelope = {"id": id, "sender": sender, "task": inside.task, "traceparent": trace}
-    return Stamp(id, to_json(envelope))
+    facts = {"id": id, "sender": sender, "task": inside and inside.task, "traceparent": trace}
+    return Stamp(id, to_json({name: fact for name, fact in facts.items() if fact is not None}))
+
+
+def new_envelope(sender: str) -> Envelope:
+    """An envelope for a new message; task and trace go on from the running handler."""
+    inside = handled.get()
+    return Envelope.model_construct(
+        id=secrets.token_hex(12),
+        sender=sender,
+        task=inside.task if inside else None,
+        traceparent=sending_traceparent(),
+    )
 
 
 def read_envelope(attachment: bytes | None) -> Envelope:
@@ -87,13 +80,20 @@ def read_envelope(attachment: bytes | None) -> Envelope:
         InvalidMessageError: The attachment is no envelope.
     """
     if attachment is None:
-        return Envelope(id=secrets.token_hex(12))
+        return new_envelope("")
     try:
         return _ENVELOPES.validator.validate_json(attachment)  # type: ignore[no-any-return]
     except ValidationError as error:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 
 
-def next_traceparent(parent: str) -> str:
-    """A span of its own in the trace of another."""
-    return f"00-{parent.split('-')[1]}-{_chance.getrandbits(64):016x}-01"
+def begin_handling(envelope: Envelope) -> None:
+    """Let what the running task of the loop sends from here on go on from a message."""
+    handled.set(envelope)
+    adopt(envelope.traceparent)
+
+
+def sending_traceparent() -> str | None:
+    """The span that what is sent now is sent from: the active one, or that of the handled task."""
+    inside = handled.get()
+    return active_traceparent() or (inside.traceparent if inside else None)

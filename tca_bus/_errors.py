@@ -12,7 +12,10 @@
     ├── KilledError            the task was killed or cancelled        exit 6
     ├── RefusedError           the other side may not or will not      exit 7
     │   └── BusyError          it has too much waiting to take more    exit 7
+    │       └── AtCapacityError    the handler has no place free now   exit 7
     ├── PeerLostError          the module that had it died             exit 1
+    ├── NeverSetError          a shared variable has no value yet      exit 1
+    ├── VariableChangedError   it is not as the setter expected        exit 1
     ├── HandlerFailedError     the handler of a query raised           exit 1
     └── TaskFailedError        a goal or command failed                exit 1
 
@@ -28,9 +31,14 @@ from typing import Any, ClassVar
 from pydantic import BaseModel
 
 from tca_bus._failure import Failure
+from tca_bus._messages import TcaException
+from tca_bus._types import summary
 
 LONGEST_NAME = 100
 """Letters of a name that count when near matches are looked for: what arrives may be endless."""
+
+MOST_LISTED = 20
+"""How many names an error lists at most."""
 
 
 def near_matches(word: str, known: Iterable[str], *, most: int = 3) -> list[str]:
@@ -44,6 +52,19 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """A sentence with near matches, to append to an error; empty when nothing is near."""
     hits = near_matches(word, known)
     return f" Did you mean {' or '.join(repr(hit) for hit in hits)}?" if hits else ""
+
+
+def near_or_all(word: str, known: Iterable[str]) -> str:
+    """What would be right instead of ``word``, as a sentence to append to an error.
+
+    Near matches if there are any, else all names, or the first and the last of many.
+    """
+    names = sorted(known)
+    if hint := did_you_mean(word, names):
+        return hint
+    if len(names) > MOST_LISTED:
+        return f" There are {len(names)}, from {names[0]!r} to {names[-1]!r}."
+    return f" There are: {', '.join(names)}." if names else ""
 
 
 class TcaError(Exception):
@@ -143,12 +164,37 @@ class BusyError(RefusedError):
     """The other side has too much waiting to take more; it may be asked again."""
 
 
+class AtCapacityError(BusyError):
+    """All places of a handler are taken; the caller may wait for its turn, and modules do."""
+
+
 class PeerLostError(TcaError, ConnectionError):
     """The module that worked on it died before it answered."""
 
     def __init__(self, module: str, what: str) -> None:
         self.module, self.what = module, what
         super().__init__(f"module {module!r} was lost while it handled {what!r}")
+
+
+class NeverSetError(TcaError, LookupError):
+    """A shared variable was never set."""
+
+    def __init__(self, name: str, known: Iterable[str] = ()) -> None:
+        self.name = name
+        others = [other for other in known if other != name]
+        self.near = near_matches(name, others)
+        super().__init__(f"variable {name!r} was never set.{did_you_mean(name, others)}")
+
+
+class VariableChangedError(TcaError):
+    """A shared variable is not at the sequence number that its setter expected."""
+
+    def __init__(self, name: str, expected: int, found: int) -> None:
+        self.name, self.expected, self.found = name, expected, found
+        super().__init__(
+            f"variable {name!r} was not set: expected sequence {_sequence(expected)}, "
+            f"found {_sequence(found)}"
+        )
 
 
 class HandlerFailedError(TcaError):
@@ -167,16 +213,29 @@ class TaskFailedError(TcaError):
         super().__init__(failure.sentence())
 
 
+def _sequence(number: int) -> str:
+    return str(number) if number else "0 (never set)"
+
+
 class TaskError(Exception):
-    """Raised by a handler: it failed, for a reason that has a name and may have data."""
+    """Raised by a handler: it failed, for a reason that has a name and may have data.
+
+    ``reason`` is a name, or a `TcaException`, which brings name and data along and is caught by
+    handlers of its base classes too.
+    """
 
     def __init__(
         self,
-        name: str,
-        text: str,
+        reason: str | TcaException,
+        text: str = "",
         *,
         data: BaseModel | dict[str, Any] | None = None,
     ) -> None:
-        self.name, self.text = name, text
+        if isinstance(reason, TcaException):
+            self.name, self.kinds, data = reason.wire_name, reason.kinds(), data or reason
+            text = text or summary(type(reason)) or self.name
+        else:
+            self.name, self.kinds = reason, ()
+        self.text = text or self.name
         self.data = data.model_dump(mode="json") if isinstance(data, BaseModel) else data
-        super().__init__(text)
+        super().__init__(self.text)

@@ -12,6 +12,8 @@ class Failure(BaseModel):
 
     ``name`` is what programs compare (``door_blocked``), ``text`` what people read. ``message``
     is the wire name of the message whose handler failed, ``node`` the id of its task node.
+    ``kinds`` are the names of the exception and its bases, by which handlers catch it;
+    ``uncaught`` says that it was offered to all exception handlers above and none took it.
     """
 
     model_config = ConfigDict(frozen=True, ser_json_inf_nan="constants")
@@ -22,7 +24,13 @@ class Failure(BaseModel):
     message: str | None = None
     node: str | None = None
     module: str | None = None
+    kinds: tuple[str, ...] = ()
+    uncaught: bool = False
     cause: Failure | None = None
+
+    def is_a(self, exception: str) -> bool:
+        """Whether a handler of the named exception takes it; ``*`` takes all."""
+        return exception in {"*", self.name, *self.kinds}
 
     def chain(self) -> list[Failure]:
         """This failure and its causes, the outermost first."""

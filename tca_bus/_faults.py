@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from tca_bus._errors import (
+    AtCapacityError,
     BusGoneError,
     BusyError,
     ClosedError,
@@ -19,6 +20,7 @@ from tca_bus._errors import (
     HandlerFailedError,
     InvalidMessageError,
     KilledError,
+    NeverSetError,
     NoHandlerError,
     PeerLostError,
     RefusedError,
@@ -26,6 +28,7 @@ from tca_bus._errors import (
     TaskFailedError,
     TcaError,
     TimedOutError,
+    VariableChangedError,
 )
 from tca_bus._failure import Failure
 from tca_bus._wire import Payload
@@ -33,16 +36,19 @@ from tca_bus._wire import Payload
 ERROR_TYPE = "application/json;tca.error@1"
 
 FAILURE_NAMES: dict[type[TcaError], str] = {
+    AtCapacityError: "busy",
     BusGoneError: "bus_gone",
     BusyError: "busy",
     ClosedError: "closed",
     ConfigError: "config",
     InvalidMessageError: "invalid_message",
     KilledError: "killed",
+    NeverSetError: "never_set",
     NoHandlerError: "no_handler",
     PeerLostError: "peer_lost",
     RefusedError: "refused",
     TimedOutError: "timed_out",
+    VariableChangedError: "variable_changed",
 }
 """The failure names of bus errors that end a handler."""
 
@@ -51,9 +57,15 @@ SAME_CLASS: dict[str, tuple[type[TcaError], dict[str, str]]] = {
     "invalid": (InvalidMessageError, {"message": "message", "problems": "problems"}),
     "refused": (RefusedError, {"what": "what", "why": "why"}),
     "busy": (BusyError, {"what": "what", "why": "why"}),
+    "at_capacity": (AtCapacityError, {"what": "what", "why": "why"}),
     "timed_out": (TimedOutError, {"what": "what", "seconds": "seconds"}),
     "killed": (KilledError, {"task": "task", "reason": "reason"}),
     "peer_lost": (PeerLostError, {"module": "module", "what": "what"}),
+    "never_set": (NeverSetError, {"name": "name", "known": "near"}),
+    "variable_changed": (
+        VariableChangedError,
+        {"name": "name", "expected": "expected", "found": "found"},
+    ),
 }
 """Kinds of error replies that come out as the class that went in: the class, and for each
 argument of it the attribute that has its value."""
@@ -88,9 +100,12 @@ def failure_of(
 def _failure_of(error: BaseException, facts: dict[str, Any]) -> Failure:
     match error:
         case TaskError():
-            return Failure(name=error.name, text=str(error), data=error.data, **facts)
+            return Failure(
+                name=error.name, text=str(error), data=error.data, kinds=error.kinds, **facts
+            )
         case TaskFailedError(task=task, failure=cause):
-            return Failure(name=cause.name, text=f"task {task} failed", cause=cause, **facts)
+            same = {"name": cause.name, "kinds": cause.kinds, "uncaught": cause.uncaught}
+            return Failure(text=f"task {task} failed", cause=cause, **same, **facts)
         case HandlerFailedError(failure=cause):
             return Failure(name=cause.name, text=f"{cause.message} failed", cause=cause, **facts)
         case TcaError():

@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 
 from tca_bus._errors import KilledError, TaskFailedError, TimedOutError
 from tca_bus._failure import Failure
+from tca_bus._orders import HasPoints
 from tca_bus._protocol import TaskState, TaskStatus
 from tca_bus._wire import validate_plain
 
@@ -22,7 +23,7 @@ REFRESH_PERIOD = 2.0
 """Wall seconds after which a waiting handle asks central again: a published state may be lost."""
 
 
-class TaskHandle(Generic[R]):
+class TaskHandle(HasPoints, Generic[R]):
     """A goal or command that central has acknowledged.
 
     ``status`` is the latest state seen. The handle survives restarts of the router, of central
@@ -48,6 +49,10 @@ class TaskHandle(Generic[R]):
     def id(self) -> str:
         """The id of the task."""
         return self.status.id
+
+    def id_of(self) -> str:
+        """The id of the task."""
+        return self.id
 
     def update(self, status: TaskStatus) -> None:
         """Take a state from central, if it is newer than the one at hand."""

@@ -17,23 +17,36 @@ from tca_bus._types import answer_adapter, summary
 QUERIES = frozenset({MessageClass.QUERY, MessageClass.MULTI_QUERY})
 ONE_WAY = frozenset({MessageClass.INFORM, MessageClass.BROADCAST})
 TASKS = frozenset({MessageClass.GOAL, MessageClass.COMMAND})
+IN_THE_TREE = TASKS | {MessageClass.EXCEPTION, MessageClass.DEMON}
+"""The classes whose handlers central calls."""
 
 HandlerFunction = Callable[..., Awaitable[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Handler:
-    """A function that handles a message type; ``built_in`` ones are not announced."""
+    """A function that handles a message type; ``built_in`` ones are not announced.
+
+    ``name`` is that under which it is found: the message's, but for exception handlers, of which
+    there may be several for one exception. ``capacity`` is how many it handles at once, None for
+    as many as come.
+    """
 
     message_type: type[Message]
     function: HandlerFunction
-    capacity: int
+    capacity: int | None
     built_in: bool
+    name: str
 
     @property
     def is_provided(self) -> bool:
         """Whether others find it by its name: listening to broadcasts is no service."""
         return not self.built_in and self.message_type.message_class != MessageClass.BROADCAST
+
+    @property
+    def is_query(self) -> bool:
+        """Whether it answers queries."""
+        return self.message_type.message_class in QUERIES
 
     async def call(self, message: Any, context: Any) -> Any:
         """Run the function.
@@ -48,16 +61,17 @@ class Handler:
             task = asyncio.current_task()
             if task is None or task.cancelling():
                 raise
-            raise RefusedError(self.message_type.wire_name, "its handler was cancelled") from error
+            raise RefusedError(self.name, "its handler was cancelled") from error
 
     def card(self) -> ProvidedMessage:
         """The handler as others see it."""
         kind = self.message_type
         answered = kind.message_class in QUERIES | TASKS
         return ProvidedMessage(
-            name=kind.wire_name,
+            name=self.name,
             message_class=kind.message_class.value,
             revision=kind.revision,
+            accepts=sorted(kind.accepts),
             summary=summary(kind),
             message_schema=kind.model_json_schema(),
             reply_schema=answer_adapter(kind).json_schema() if answered else None,
@@ -70,30 +84,35 @@ class Handlers:
 
     def __init__(self) -> None:
         self._by_name: dict[str, Handler] = {}
+        self.is_held = False
+        """Whether nothing is delivered yet: the module has not said that it is ready."""
 
     def add(
         self,
         message_type: type[Message],
         function: HandlerFunction,
         *,
-        capacity: int = 1,
+        capacity: int | None = None,
         built_in: bool = False,
+        name: str | None = None,
     ) -> Handler:
-        """Register a handler.
+        """Register a handler; without ``capacity`` queries are unlimited, all others one at a time.
 
         Raises:
             ConfigError: There is one for the name, or name, capacity or function are of no use.
         """
-        name = message_type.wire_name
+        name = name or message_type.wire_name
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("wire name", name, CHUNK_EXPECTED)
         if name in self._by_name:
             raise ConfigError("handler", name, "a message that has no handler in this module yet")
-        if capacity < 1:
+        if capacity is not None and capacity < 1:
             raise ConfigError("capacity", capacity, "at least 1")
         if not inspect.iscoroutinefunction(function):
             raise ConfigError("handler", function, "an async function (message, context)")
-        handler = Handler(message_type, function, capacity, built_in)
+        if message_type.message_class not in QUERIES:
+            capacity = capacity or 1
+        handler = Handler(message_type, function, capacity, built_in, name)
         self._by_name[name] = handler
         return handler
 
@@ -105,5 +124,7 @@ class Handlers:
         return iter(list(self._by_name.values()))
 
     def provided(self) -> tuple[str, ...]:
-        """The names that the module's token announces."""
-        return tuple(sorted(h.message_type.wire_name for h in self if h.is_provided))
+        """The names that the module's token announces; none while it is held."""
+        if self.is_held:
+            return ()
+        return tuple(sorted(h.name for h in self if h.is_provided))

@@ -6,34 +6,40 @@ WAL mode with full synchronisation a commit survives the end of the process and 
 
 from __future__ import annotations
 
+import asyncio
 import sqlite3
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable
 from importlib import resources
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import aiosqlite
 
 from tca_bus._errors import ConfigError, TcaError
-from tca_bus._history import end_words, event_words
-from tca_bus._protocol import LogEntry, TaskStatus
+from tca_bus._log_reader import END, LogReader
+from tca_bus._protocol import LogEntry, ReadLog, TaskStatus
 from tca_bus.tasktree import (
     TOMBSTONE_SECONDS,
     Ended,
+    Freed,
+    Prepared,
     Record,
     RecordedEvent,
+    Registered,
     Submitted,
     decode_event,
     encode_event,
 )
 
+T = TypeVar("T")
+
 APPLICATION_ID = 0x54434131
 """Marks the file as ours ("TCA1"), so that another program's database is not taken for one."""
 
-END = "Ended"
-"""Kind of the line that says how a node ended; it is no input of the tree."""
+BEGINNINGS = (Submitted, Prepared, Registered)
+"""Events with which the records of a root begin."""
 
 MOST_IN_MEMORY = 20_000
 """Events that a journal without a file keeps."""
@@ -66,6 +72,7 @@ class Journal:
         self.name = str(path) if path else "in memory"
         self._open: aiosqlite.Connection | None = None
         self._written = 0
+        self._one_at_a_time = asyncio.Lock()
         self.generation = 0
 
     async def __aenter__(self) -> Self:
@@ -90,29 +97,46 @@ class Journal:
         await self._close()
 
     async def write(
-        self, records: Iterable[Record], finals: Iterable[TaskStatus], ended: Iterable[Ended]
+        self, records: Iterable[Record], freed: Iterable[Freed], ended: Iterable[Ended]
     ) -> None:
         """Write what happened in one transaction; it is kept when this returns.
 
         Args:
             records: Events of the tree, in order.
-            finals: The statuses of nodes that ended with them.
-            ended: Top-level tasks that ended with them.
+            freed: The nodes that ended with them.
+            ended: Top-level tasks, and attachments to messages, that ended with them.
 
         Raises:
             JournalError: It could not be written.
         """
-        try:
-            for record in records:
-                await self._write_record(record)
-            for status in finals:
-                await self._write_end(status)
-            for end in ended:
-                await self._write_tree(end)
-            await self._db.commit()
-            await self._prune()
-        except sqlite3.Error as error:
-            raise JournalError(self.name, str(error)) from error
+        await self.transact(lambda _: self._write(records, freed, ended))
+
+    async def transact(self, work: Callable[[aiosqlite.Connection], Awaitable[T]]) -> T:
+        """Do ``work`` on the database and commit it, with no other writer in between.
+
+        Raises:
+            JournalError: It could not be written.
+        """
+        async with self._one_at_a_time:
+            try:
+                value = await work(self._db)
+                await self._db.commit()
+            except sqlite3.Error as error:
+                raise JournalError(self.name, str(error)) from error
+        return value
+
+    async def _write(
+        self, records: Iterable[Record], freed: Iterable[Freed], ended: Iterable[Ended]
+    ) -> None:
+        for record in records:
+            await self._write_record(record)
+        for free in freed:
+            await self._write_end(free)
+        for end in ended:
+            await self._db.execute(
+                "UPDATE roots SET ended = ? WHERE root = ?", (end.time, end.root)
+            )
+        await self._prune()
 
     async def living_events(self) -> list[RecordedEvent]:
         """The events of all top-level tasks that have not ended, in order.
@@ -136,7 +160,7 @@ class Journal:
         """All nodes of the ended top-level task that a task belongs to, parents first."""
         rows = await self._rows(
             "SELECT status FROM tasks WHERE root = (SELECT root FROM tasks WHERE task = ?) "
-            "ORDER BY number",
+            "ORDER BY number, rowid DESC",
             task,
         )
         return [TaskStatus.model_validate_json(status) for (status,) in rows]
@@ -146,35 +170,14 @@ class Journal:
         rows = await self._rows(
             "SELECT t.status FROM tasks t JOIN "
             "(SELECT root, ended FROM roots WHERE ended IS NOT NULL ORDER BY ended DESC LIMIT ?) r "
-            "ON r.root = t.root ORDER BY r.ended, t.root, t.number",
+            "ON r.root = t.root ORDER BY r.ended, t.root, t.number, t.rowid DESC",
             most,
         )
         return [TaskStatus.model_validate_json(status) for (status,) in rows]
 
-    async def read_log(self, after: int, most: int, task: str | None) -> list[LogEntry]:
-        """The history after a line, of everything or of one task and all below it.
-
-        ``after`` below zero counts from the end: the last so many lines.
-        """
-        below = "" if task is None else "AND (task = ? OR root = ?) "
-        values = () if task is None else (task, task)
-        if after < 0:
-            after = await self._line_before_last(-after, below, values)
-        query = f"SELECT * FROM events WHERE number > ? {below}ORDER BY number LIMIT ?"  # noqa: S608
-        return [self._entry(row) for row in await self._rows(query, after, *values, most)]
-
-    async def _line_before_last(self, count: int, below: str, values: Sequence[Any]) -> int:
-        query = f"SELECT number FROM events WHERE 1 {below}ORDER BY number DESC LIMIT 1 OFFSET ?"  # noqa: S608
-        rows = await self._rows(query, *values, count)
-        return int(rows[0][0]) if rows else 0
-
-    def _entry(self, row: Sequence[Any]) -> LogEntry:
-        number, when, _, task, name, kind, body = row
-        if kind == END:
-            event, text = end_words(TaskStatus.model_validate_json(body))
-        else:
-            event, text = event_words(self._decode(number, kind, body))
-        return LogEntry(number=number, time=when, task=task, name=name, event=event, text=text)
+    async def read_log(self, question: ReadLog) -> list[LogEntry]:
+        """Lines of the history."""
+        return await LogReader(self._rows, self._decode).read(question)
 
     def _decode(self, number: int, kind: str, body: str) -> RecordedEvent:
         try:
@@ -186,35 +189,29 @@ class Journal:
         kind, body = encode_event(record.event)
         event = record.event
         query = "INSERT INTO roots (root) VALUES (?) ON CONFLICT DO NOTHING"
-        if isinstance(event, Submitted):
+        if isinstance(event, BEGINNINGS):
             # The end of a forgotten kill must not hide the task that came after all.
             query = query.replace("NOTHING", "UPDATE SET ended = NULL")
         await self._db.execute(query, (record.root,))
         await self._insert(event.time, record.root, event.id, record.name, kind, body)
 
-    async def _write_end(self, status: TaskStatus) -> None:
-        row = await self._rows("SELECT root FROM events WHERE task = ? LIMIT 1", status.id)
-        root = row[0][0] if row else status.id
+    async def _write_end(self, free: Freed) -> None:
+        status = free.status
         when = status.ended or status.created
         body = status.model_dump_json(exclude={"data", "result"})
-        await self._insert(when, root, status.id, status.name, END, body)
+        await self._insert(when, free.root, status.id, status.name, END, body)
+        # Parents are made before their children, and so come first.
+        number = round(status.created * 1e6)
+        await self._db.execute(
+            "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
+            (status.id, free.root, number, status.model_dump_json()),
+        )
 
     async def _insert(self, *values: object) -> None:
         self._written += 1
         await self._db.execute(
             "INSERT INTO events (time, root, task, name, kind, body) VALUES (?, ?, ?, ?, ?, ?)",
             values,
-        )
-
-    async def _write_tree(self, end: Ended) -> None:
-        ended = end.statuses[0].ended
-        await self._db.execute("UPDATE roots SET ended = ? WHERE root = ?", (ended, end.root))
-        await self._db.executemany(
-            "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
-            [
-                (status.id, end.root, number, status.model_dump_json())
-                for number, status in enumerate(end.statuses)
-            ],
         )
 
     async def _prune(self) -> None:
@@ -231,7 +228,6 @@ class Journal:
         await self._db.execute(
             "DELETE FROM roots WHERE ended IS NOT NULL AND root NOT IN (SELECT root FROM events)"
         )
-        await self._db.commit()
 
     async def _connect(self) -> None:
         if self._path is not None:
@@ -272,7 +268,8 @@ class Journal:
         # A kill whose task never came ends with its tombstone.
         await self._db.execute(
             "UPDATE roots SET ended = ?1 WHERE ended IS NULL "
-            "AND root NOT IN (SELECT root FROM events WHERE kind = 'Submitted') "
+            "AND root NOT IN (SELECT root FROM events "
+            "WHERE kind IN ('Submitted', 'Prepared', 'Registered')) "
             "AND root NOT IN (SELECT root FROM events WHERE time > ?1 - ?2)",
             (time.time(), TOMBSTONE_SECONDS),
         )

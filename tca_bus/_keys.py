@@ -10,8 +10,14 @@
     <realm>/inform/<name>/<sender>                                informs
     <realm>/broadcast/<name>/<sender>                             broadcasts
     <realm>/task/<sender>/<id>                                    task states, from central
-    <realm>/presence/<module>/<incarnation>/<host>/<pid>/<names>  liveliness tokens; names of the
+    <realm>/variable/<name>                                       shared variables, from central
+    <realm>/presence/<module>/<incarnation>/<host>/<pid>/<names>/<more>
+                                                                  liveliness tokens; names of the
                                                                   messages it handles, by comma
+
+``more`` begins with the number of the token, which counts how often the module has replaced it;
+after it, by comma, come ``+`` and a resource that it offers, ``-`` and one that it requires, and
+``held``, ``waiting`` or ``ready`` if it said so: ``2,+map,-odometry,ready``. It may be left out.
 
 The name of whoever sends stands in the key, so that a router's access rules can bind it.
 """
@@ -19,10 +25,10 @@ The name of whoever sends stands in the key, so that a router's access rules can
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from tca_bus._presence import PresentModule
+from tca_bus._presence import PresentModule, Stage
 
 NO_NAMES = "-"
 """Stands for an empty list in a presence key, since a chunk may not be empty."""
@@ -79,13 +85,16 @@ class Keys:
         """All task states."""
         return f"{self.realm}/task/**"
 
+    def variable(self, name: str) -> str:
+        """The key of a shared variable; ``*`` for all."""
+        return f"{self.realm}/variable/{name}"
+
     def presence(self, module: PresentModule) -> str:
         """The liveliness token of a module."""
         names = ",".join(module.provides) or NO_NAMES
         host = _NOT_IN_CHUNK.sub("-", module.host) or NO_NAMES
-        return (
-            f"{self.realm}/presence/{module.name}/{module.incarnation}/{host}/{module.pid}/{names}"
-        )
+        process = f"{module.name}/{module.incarnation}/{host}/{module.pid}"
+        return f"{self.realm}/presence/{process}/{names}/{_more_of(module)}"
 
     def all_presence(self) -> str:
         """The tokens of all modules."""
@@ -124,8 +133,30 @@ def parse_presence(key: str) -> PresentModule:
         ValueError: The key has another shape.
     """
     chunks = key.split("/")
-    if len(chunks) != 7:
-        raise ValueError(f"{key!r} is no presence key: expected 7 parts, got {len(chunks)}")
-    _, _, name, incarnation, host, pid, names = chunks
+    if len(chunks) not in {7, 8}:
+        raise ValueError(f"{key!r} is no presence key: expected 7 or 8 parts, got {len(chunks)}")
+    _, _, name, incarnation, host, pid, names = chunks[:7]
     provides = () if names == NO_NAMES else tuple(names.split(","))
-    return PresentModule(name, incarnation, host, int(pid), provides)
+    if not pid.isascii() or not pid.isdigit():
+        raise ValueError(f"{key!r} is no presence key: expected a process number, got {pid!r}")
+    module = PresentModule(name, incarnation, host, int(pid), provides)
+    return _with_more(module, chunks[7].split(",")) if len(chunks) == 8 else module
+
+
+def _more_of(module: PresentModule) -> str:
+    words = [str(module.number)]
+    words += [f"+{name}" for name in module.resources]
+    words += [f"-{name}" for name in module.requires]
+    return ",".join([*words, module.stage] if module.stage else words)
+
+
+def _with_more(module: PresentModule, words: list[str]) -> PresentModule:
+    number, *rest = words
+    stages = [word for word in rest if word[:1] not in {"+", "-"}]
+    return replace(
+        module,
+        number=int(number),
+        resources=tuple(word[1:] for word in rest if word[:1] == "+"),
+        requires=tuple(word[1:] for word in rest if word[:1] == "-"),
+        stage=Stage(stages[0]) if stages else Stage.UNSAID,
+    )

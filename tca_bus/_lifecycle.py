@@ -7,13 +7,12 @@ import contextlib
 import logging
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterable
 from types import TracebackType
 from typing import Any, Self
 
 from tca_bus._clock import Clock, WallClock
-from tca_bus._context import Context, TaskContext
-from tca_bus._core import Core, Tally, new_incarnation
+from tca_bus._core import Core, new_incarnation
 from tca_bus._errors import ClosedError, ConfigError
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys
@@ -21,8 +20,10 @@ from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
 from tca_bus._outlets import Outlets
 from tca_bus._parts import Parts
 from tca_bus._presence_feed import PresenceFeed
-from tca_bus._protocol import HandleTask
+from tca_bus._readiness import Readiness
 from tca_bus._session import Session
+from tca_bus._tally import Tally
+from tca_bus._work import Contexts
 
 logger = logging.getLogger(__name__)
 
@@ -33,13 +34,24 @@ class Lifecycle(ABC):
     Entered once, and left by the task that entered it.
     """
 
-    def __init__(self, name: str, *, options: BusOptions | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        options: BusOptions | None = None,
+        provides: Iterable[str] = (),
+        requires: Iterable[str] = (),
+        hold: bool = False,
+        sole: bool = False,
+    ) -> None:
         if not CHUNK_PATTERN.fullmatch(name):
             raise ConfigError("module name", name, CHUNK_EXPECTED)
         self.name = name
         self.incarnation = new_incarnation()
         self.options = options or BusOptions()
+        self.sole = sole
         self.clock: Clock = WallClock()
+        self._readiness = Readiness.declare(provides, requires, hold=hold)
         self._handlers = Handlers()
         self._open: Parts | None = None
         self._is_used = False
@@ -94,6 +106,20 @@ class Lifecycle(ABC):
         return task
 
     @property
+    def is_closed(self) -> bool:
+        """Whether the module was left, or is about to be."""
+        return self._is_leaving
+
+    @property
+    def core(self) -> Core:
+        """What the parts of the module share, for tools that need the keys and the session.
+
+        Raises:
+            ClosedError: The module is not open, or about to close.
+        """
+        return self._parts.core
+
+    @property
     def _parts(self) -> Parts:
         if self._open is None or self._is_leaving:
             raise ClosedError(self.name)
@@ -101,7 +127,8 @@ class Lifecycle(ABC):
 
     def _assemble(self, session: Session) -> Parts:
         keys = Keys(self.options.realm)
-        presence = PresenceFeed(session, keys, self.incarnation)
+        tally = Tally()
+        presence = PresenceFeed(session, keys, self.incarnation, tally)
         core = Core(
             self.name,
             self.incarnation,
@@ -109,25 +136,22 @@ class Lifecycle(ABC):
             session,
             presence,
             self.start,
-            Tally(),
+            tally,
             Outlets(session),
         )
         return Parts(
             core=core,
             handlers=self._handlers,
             clock_kind=self.options.clock,
-            context=self._context,
-            task_context=self._task_context,
+            contexts=self._contexts(),
             started=time.time(),
+            readiness=self._readiness,
+            sole=self.sole,
         )
 
     @abstractmethod
-    def _context(self, *, sender: str, id: str) -> Context:
-        """Make what a handler of a query or one-way message is given."""
-
-    @abstractmethod
-    def _task_context(self, task: HandleTask) -> TaskContext:
-        """Make what a handler of a task is given."""
+    def _contexts(self) -> Contexts:
+        """What makes the contexts of this module's handlers."""
 
     def _transport_changed(self, is_up: bool) -> None:
         if self._open is not None and not self._is_leaving:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from itertools import groupby
-from typing import Any, TypeVar
+from typing import Any, TypeVar, Unpack
 
-from tca_bus._context import Context, TaskContext
+from tca_bus._contexts import ModuleContexts
 from tca_bus._errors import TimedOutError
 from tca_bus._handle import TaskHandle
+from tca_bus._keys import Keys
 from tca_bus._messages import (
     Broadcast,
     Command,
@@ -20,43 +21,64 @@ from tca_bus._messages import (
     MultiQuery,
     Query,
     TaskMessage,
+    TcaException,
 )
-from tca_bus._multi import ask_all
+from tca_bus._multi import Answers
+from tca_bus._orders import HasPoints
 from tca_bus._parts import StatusLookup
 from tca_bus._plain import PlainMessages
 from tca_bus._presence import PresenceChange, PresentModule
-from tca_bus._protocol import Constraint, HandleTask, SubmitTask, TaskStatus
+from tca_bus._protocol import Constraint, SubmitTask, TaskStatus
+from tca_bus._sending import SendOptions
+from tca_bus._shared import SharedVariables
+from tca_bus._state_server import Lookup
+from tca_bus._steering import Steering
 from tca_bus._streams import Streams
 from tca_bus._subscription import Subscription
-from tca_bus._tasks import new_task_id
+from tca_bus._task_context import TaskContext
+from tca_bus._tasks import TaskSender, new_task_id
 from tca_bus._types import answer_adapter
-from tca_bus._wire import build, decode_answer, encode_message, encode_messages
+from tca_bus._waiting import ReadyTogether
+from tca_bus._wire import Payload, build, decode_answer, encode_message, encode_messages
 
 R = TypeVar("R")
 M = TypeVar("M", bound=Message)
 HandlerT = TypeVar("HandlerT", bound=Callable[..., Awaitable[Any]])
 
 
-class Module(PlainMessages):
+class Module(PlainMessages, Steering, SharedVariables, ReadyTogether):
     """One process's place on the bus: an async context manager, entered once.
 
     It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
-    find it, ``incarnation`` is new with each start. Enter and leave it in the same task.
+    find it, ``incarnation`` is new with each start. A ``sole`` one does not share its name: a
+    second is refused while the first is there. Enter and leave it in the same task.
+
+    ``provides`` and ``requires`` name resources, words that modules agree on, such as ``map``;
+    every module provides one of its own name. With ``hold`` nothing is delivered to its handlers
+    before `ready` or `wait_until_ready`: its token names none, so a task waits or finds nobody,
+    and a query to it by name is refused as busy.
+
+    Two modules of one name may be there at once: both are seen, the newer one is asked, and both
+    warn once.
 
     Raises:
-        ConfigError: The name cannot be a part of a key.
+        ConfigError: The name, or that of a resource, cannot be a part of a key.
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
+        RefusedError: On entering, it is ``sole`` and another has its name; out of a background
+            task when that turns out later.
         ClosedError: From any method that needs the bus, before entering and after leaving.
     """
 
     def handler(
-        self, message_type: type[Message], *, capacity: int = 1
+        self, message_type: type[Message], *, capacity: int | None = None
     ) -> Callable[[HandlerT], HandlerT]:
         """Register the decorated async function as the handler of a message type.
 
         It is called with the message and a `Context` (a `TaskContext` for goals and commands).
-        Queries are handled concurrently; informs and broadcasts one at a time, in order of
-        arrival; goals and commands ``capacity`` at a time.
+        Queries are handled concurrently, ``capacity`` at a time if one is given; informs and
+        broadcasts one at a time, in order of arrival; goals and commands ``capacity`` at a time,
+        one by default. Modules that handle one query are a pool: each query goes to one of them,
+        and where all are at their capacity the first that has a place takes the next.
 
         Raises:
             ConfigError: The type has a handler already, or the function is not async.
@@ -73,13 +95,34 @@ class Module(PlainMessages):
         message_type: type[Message],
         function: Callable[..., Awaitable[Any]],
         *,
-        capacity: int = 1,
+        capacity: int | None = None,
     ) -> None:
         """Register ``function`` as the handler of a message type; see `handler`."""
         handler = self._handlers.add(message_type, function, capacity=capacity)
         if self._open is not None:
             self._open.attend(handler)
             self._open.announce()
+
+    def exception_handler(
+        self, exception: type[TcaException], *, name: str, capacity: int = 1
+    ) -> Callable[[HandlerT], HandlerT]:
+        """Register the decorated async function as an exception handler served as ``name``.
+
+        It is called with the exception and an `ExceptionContext`, for the failures to which it is
+        attached with ``catch(exception, by=name)``. For `TcaException` itself, which stands for
+        all, it is called without the failure's data; the context has them.
+
+        Raises:
+            ConfigError: The name is taken, or the function is not async.
+        """
+
+        def register(function: HandlerT) -> HandlerT:
+            self._handlers.add(exception, function, capacity=capacity, name=name)
+            if self._open is not None:
+                self._open.announce()
+            return function
+
+        return register
 
     async def query(
         self, message: Query[R], *, to: str | PresentModule | None = None, timeout: float = 10.0
@@ -101,18 +144,21 @@ class Module(PlainMessages):
         answer = await self._parts.caller.call(
             kind.wire_name, encode_message(message), to=to, timeout=timeout
         )
-        return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+        return decode_answer(answer, answer_adapter(kind), kind.wire_name, revision=kind.revision)  # type: ignore[no-any-return]
 
-    def query_all(self, message: MultiQuery[R], *, timeout: float = 10.0) -> AsyncIterator[R]:
+    def query_all(
+        self, message: MultiQuery[R], *, most: int | None = None, timeout: float = 10.0
+    ) -> Answers[R]:
         """Ask all modules that handle the message; the answers come fastest first.
 
-        One that fails does not keep the others from answering.
+        Ends after ``most`` answers, after ``timeout`` wall seconds, or when all have answered or
+        failed. One that fails does not keep the others from answering; the object says how many
+        were asked, who answered, who failed and with what, and who is missing.
 
         Raises:
-            NoHandlerError: No module here handles it.
-            ExceptionGroup: After all answers: what those who gave none failed with.
+            ConfigError: ``most`` is below 1.
         """
-        return ask_all(self._parts.caller, message, timeout)
+        return Answers(lambda: self._parts.caller, message, most=most, timeout=timeout)
 
     async def inform(self, message: Inform) -> None:
         """Tell all modules that handle the message; returns when it is sent.
@@ -145,21 +191,10 @@ class Module(PlainMessages):
         payload = encode_message(message)
         self._parts.topics.publish(MessageClass.BROADCAST, message.wire_name, payload)
 
-    async def expand(
-        self,
-        goal: Goal[R],
-        *,
-        id: str | None = None,
-        constraints: Constraint = Constraint.SEQ_ACH,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
-    ) -> TaskHandle[R]:
+    async def expand(self, goal: Goal[R], **options: Unpack[SendOptions]) -> TaskHandle[R]:
         """Make a goal node at the root of the task tree.
 
-        Returns once central has acknowledged it. ``id`` makes it idempotent: a second call with
-        it, even from a later process, gives the same node and its recorded outcome.
-        ``wait_for_handler`` is how many seconds central waits for a module that handles it.
+        Returns once central has acknowledged it; `SendOptions` has the options.
 
         Raises:
             NoHandlerError: No module handles it, or there is no central.
@@ -168,66 +203,58 @@ class Module(PlainMessages):
             TimedOutError: No acknowledgement within ``timeout`` wall seconds.
             BusGoneError: The router was away for the rest of that time.
         """
-        return await self.submit(
-            goal,
-            id=id,
-            constraints=constraints,
-            priority=priority,
-            wait_for_handler=wait_for_handler,
-            timeout=timeout,
-        )
+        return await self.submit(goal, **options)
 
-    async def execute(
-        self,
-        command: Command[R],
-        *,
-        id: str | None = None,
-        constraints: Constraint = Constraint.SEQ_ACH,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
-    ) -> TaskHandle[R]:
+    async def execute(self, command: Command[R], **options: Unpack[SendOptions]) -> TaskHandle[R]:
         """Make a command node at the root of the task tree; see `expand`."""
-        return await self.submit(
-            command,
-            id=id,
-            constraints=constraints,
-            priority=priority,
-            wait_for_handler=wait_for_handler,
-            timeout=timeout,
-        )
+        return await self.submit(command, **options)
 
     async def submit(
         self,
         message: TaskMessage[R],
         *,
-        id: str | None = None,
-        constraints: Constraint = Constraint.SEQ_ACH,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
         inside: TaskContext | None = None,
+        **options: Unpack[SendOptions],
     ) -> TaskHandle[R]:
         """Make a goal or command node, at the root or below the node of ``inside``."""
         kind = type(message)
+        priority = options.get("priority")
         task = build(
             SubmitTask,
-            id=id or new_task_id(self.name),
+            id=options.get("id") or new_task_id(self.name),
             name=kind.wire_name,
             task_class="goal" if isinstance(message, Goal) else "command",
             message_revision=kind.revision,
             data=message.model_dump(mode="json"),
             sender=self.name,
             parent=inside.id if inside else None,
-            constraints=int(constraints),
-            priority=priority,
-            on_module_lost=kind.on_module_lost,
-            wait_for_handler=wait_for_handler,
+            constraints=int(options.get("constraints", Constraint.SEQ_ACH)),
+            priority=kind.priority if priority is None else priority,
+            on_module_lost=options.get("on_module_lost", kind.on_module_lost),
+            on_unhandled=options.get("on_unhandled", kind.on_unhandled),
+            wait_for_handler=options.get("wait_for_handler", 0.0),
+            within=options.get("within"),
+            grace=kind.grace,
+            orders=tuple(options.get("orders", ())),
+            attachments=tuple(options.get("attach", ())),
         )
         noted = inside.saw_failure if inside else None
+        timeout = options.get("timeout", 10.0)
         return await self._parts.sender.submit(
             task, answer_adapter(kind), timeout=timeout, on_failure=noted
         )
+
+    def answer(self, task: str | HasPoints, result: Any = None) -> None:
+        """End a task whose handler in this module postponed its answer.
+
+        Raises:
+            TaskError: ``not_postponed``, it waits for no answer here.
+        """
+        self._parts.worker.answer(task if isinstance(task, str) else task.id_of(), result)
+
+    def answer_failure(self, task: str | HasPoints, error: Exception) -> None:
+        """Let a postponed task fail as if its handler had raised ``error``; see `answer`."""
+        self._parts.worker.answer(task if isinstance(task, str) else task.id_of(), error)
 
     async def kill(self, task_id: str, *, reason: str, only_below: bool = False) -> TaskStatus:
         """Ask central to kill a task and all below it, or only what is below it.
@@ -284,6 +311,11 @@ class Module(PlainMessages):
         """Whether the router is reachable now."""
         return self._parts.core.session.is_up
 
+    @property
+    def outages(self) -> int:
+        """How often the router was lost so far; what was published meanwhile was not seen."""
+        return self._parts.core.session.outages
+
     def publish_status(self, status: TaskStatus) -> None:
         """Publish a task's state where its sender and late viewers find it; central does."""
         self._streams.publish_status(status)
@@ -296,12 +328,30 @@ class Module(PlainMessages):
         self._parts.serve_statuses(lookup)
 
     @property
+    def keys(self) -> Keys:
+        """The keys of the realm."""
+        return self._parts.core.keys
+
+    def publish_state(self, key: str, payload: Payload) -> None:
+        """Publish a state on a key of its own; central does."""
+        self._parts.topics.send(key, payload)
+
+    def serve_states(self, key: str, lookup: Lookup) -> None:
+        """Answer Zenoh gets on ``key`` with the states that ``lookup`` gives; central does."""
+        self._parts.serve_states(key, lookup)
+
+    def on_return(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` when the router is back; gives a function that ends it."""
+        return self._parts.on_return(listener)
+
+    @property
     def _streams(self) -> Streams:
         parts = self._parts
         return Streams(parts.core, parts.topics)
 
-    def _context(self, *, sender: str, id: str) -> Context:
-        return Context(self, sender=sender, id=id)
+    @property
+    def _tasks(self) -> TaskSender:
+        return self._parts.sender
 
-    def _task_context(self, task: HandleTask) -> TaskContext:
-        return TaskContext(self, sender=task.sender, id=task.id, attempt=task.attempt)
+    def _contexts(self) -> ModuleContexts:
+        return ModuleContexts(self)

@@ -7,29 +7,33 @@ import os
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
 import zenoh
-from zenoh.handlers import Callback
 
-from tca_bus._bridge import Mailbox
 from tca_bus._caller import Caller
 from tca_bus._clock import Clock, WallClock
-from tca_bus._context import Context, TaskContext
+from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._handlers import ONE_WAY, Handler, Handlers
 from tca_bus._heartbeat import beat
 from tca_bus._keys import parse_task
-from tca_bus._presence import PresentModule
-from tca_bus._protocol import Describe, HandleTask, ModuleCard, TaskStatus
-from tca_bus._serving import MOST_WAITING, ContextFactory, QueryServer
+from tca_bus._loop_watch import watch_loop
+from tca_bus._presence import PresentModule, Stage
+from tca_bus._protocol import Describe, ModuleCard, TaskStatus
+from tca_bus._readiness import Readiness
+from tca_bus._serving import QueryServer
 from tca_bus._session import SETTLE_TIMEOUT
 from tca_bus._sim_time import SimTimeLink
+from tca_bus._sole import be_only, yield_to_older
+from tca_bus._state_server import Lookup, StateServer
 from tca_bus._subscription import Subscription
 from tca_bus._tasks import STATUS_ENCODING, TaskSender
 from tca_bus._topics import Arrival, Topics
-from tca_bus._work import TaskWorker
+from tca_bus._wire import Payload
+from tca_bus._work import Contexts, TaskWorker
 
 logger = logging.getLogger(__name__)
 
@@ -48,19 +52,22 @@ class Parts:
     core: Core
     handlers: Handlers
     clock_kind: str
-    context: ContextFactory
-    task_context: Callable[[HandleTask], TaskContext]
+    contexts: Contexts
     started: float
+    readiness: Readiness
+    sole: bool = False
 
     def __post_init__(self) -> None:
-        self.topics = Topics(self.core, self.context)
+        self.topics = Topics(self.core, self.contexts.plain)
         self.caller = Caller(self.core)
-        self.server = QueryServer(self.core, self.handlers, self.context)
+        self.server = QueryServer(self.core, self.handlers, self.contexts.plain)
         self.sender = TaskSender(self.core, self.caller, self.topics)
-        self.worker = TaskWorker(self.core, self.handlers, self.sender, self.task_context)
+        self.worker = TaskWorker(self.core, self.handlers, self.sender, self.contexts)
         self.sim_time = SimTimeLink(self.core, self.topics)
         self._token: zenoh.LivelinessToken | None = None
-        self._announced = ""
+        self._tokens = 0
+        self._announced: PresentModule | None = None
+        self._on_return: list[Callable[[], None]] = []
 
     @property
     def me(self) -> PresentModule:
@@ -71,44 +78,74 @@ class Parts:
             socket.gethostname(),
             os.getpid(),
             self.handlers.provided(),
+            self.readiness.resources,
+            self.readiness.requires,
+            self.readiness.stage,
+            self._tokens,
         )
 
     async def begin(self) -> Clock:
         """Declare everything, the liveliness token last: others act on it."""
         self.handlers.add(Describe, self._describe, built_in=True)
         self.worker.begin()
+        self.caller.begin()
         self.server.begin()
         self.caller.begin()
         self.sender.begin()
+        self.handlers.is_held = self.readiness.stage == Stage.HELD
         for handler in self.handlers:
             self.attend(handler)
         clock = self._begin_clock()
         await self.core.presence.begin(SETTLE_TIMEOUT)
+        if self.sole:
+            realm = self.core.keys.realm
+            await be_only(self.core.presence, self.me, realm)
+            watch = yield_to_older(self.core.presence, self.me, realm)
+            self.core.spawn(watch, name=f"{self.core.name}.sole")
         self.core.spawn(beat(self.core, self.topics), name=f"{self.core.name}.heartbeat")
+        self.core.spawn(watch_loop(self.core.name), name=f"{self.core.name}.loop_watch")
         self.announce()
         return clock
 
     def attend(self, handler: Handler) -> None:
         """Begin to run the handler of a one-way message; others are found when asked for."""
         kind = handler.message_type
-        if kind.message_class not in ONE_WAY:
+        if kind.message_class not in ONE_WAY or self.handlers.is_held:
             return
         queue = Subscription[Arrival[Any]](kind.wire_name, _no_source, size=HANDLER_QUEUE)
-        self.topics.listen_to(kind, queue.push)
+        self.topics.listen_to(kind, partial(self._queue, queue))
         self.core.tally.counters[f"handler of {kind.wire_name}"] = lambda: queue.dropped
         name = f"{self.core.name}.handler.{kind.wire_name}"
         self.core.spawn(self.topics.handle(handler, queue), name=name)
 
+    def _queue(self, queue: Subscription[Arrival[Any]], arrival: Arrival[Any]) -> None:
+        lost = queue.dropped
+        queue.push(arrival)
+        if queue.dropped > lost:
+            text = f"handler of {queue.name} does not keep up: {queue.waiting} wait, the oldest"
+            self.core.tally.complain(f"queue of {queue.name}", f"{text} is dropped")
+
     def announce(self) -> None:
         """Declare the liveliness token, in place of the one before."""
-        key = self.core.keys.presence(self.me)
-        if key == self._announced:
+        if self.me == self._announced:
             return
-        old, self._announced = self._token, key
+        self._tokens += 1
+        self._announced = self.me
+        key = self.core.keys.presence(self.me)
+        old = self._token
         self._token = self.core.session.zenoh.liveliness().declare_token(key)
         self.core.presence.add(key)
         if old is not None:
             old.undeclare()
+
+    def enter_stage(self, stage: Stage) -> None:
+        """Say how ready the module is; from `Stage.READY` on everything is delivered to it."""
+        self.readiness.stage = stage
+        if stage == Stage.READY and self.handlers.is_held:
+            self.handlers.is_held = False
+            for handler in self.handlers:
+                self.attend(handler)
+        self.announce()
 
     def end(self) -> None:
         """Stop what is not a task."""
@@ -120,23 +157,31 @@ class Parts:
         self.core.presence.transport_changed(is_up)
         if is_up:
             self.sender.ask_again()
+            for listener in list(self._on_return):
+                listener()
+
+    def on_return(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call ``listener`` when the router is back; gives a function that ends it."""
+        self._on_return.append(listener)
+        return lambda: self._on_return.remove(listener)
+
+    def serve_states(self, key: str, lookup: Lookup) -> None:
+        """Answer Zenoh gets of published states."""
+        StateServer(self.core, key, lookup).begin()
 
     def serve_statuses(self, lookup: StatusLookup) -> None:
         """Answer Zenoh gets of task states."""
-        box = Mailbox[zenoh.Query](
-            lambda query: self._reply_statuses(query, lookup),
-            size=MOST_WAITING,
-            refuse=lambda query: query.drop(),
-        )
-        self.core.tally.counters["task states asked for"] = lambda: box.dropped
-        self.core.session.zenoh.declare_queryable(self.core.keys.all_tasks(), Callback(box.post))
 
-    def _reply_statuses(self, query: zenoh.Query, lookup: StatusLookup) -> None:
-        with query:
-            for status in lookup(*parse_task(str(query.key_expr))):
-                key = zenoh.KeyExpr(self.core.keys.task(status.sender, status.id))
-                if query.key_expr.intersects(key):
-                    query.reply(key, status.model_dump_json(), encoding=STATUS_ENCODING)
+        def states(key: str) -> list[tuple[str, Payload]]:
+            return [
+                (
+                    self.core.keys.task(status.sender, status.id),
+                    Payload(status.model_dump_json().encode(), STATUS_ENCODING),
+                )
+                for status in lookup(*parse_task(key))
+            ]
+
+        self.serve_states(self.core.keys.all_tasks(), states)
 
     async def _describe(self, _question: Describe, _context: Context) -> ModuleCard:
         me = self.me
@@ -149,7 +194,7 @@ class Parts:
             started=self.started,
             provides=[handler.card() for handler in self.handlers if handler.is_provided],
             dropped=self.core.tally.dropped(),
-            invalid=self.core.tally.invalid + self.core.presence.invalid,
+            invalid=self.core.tally.invalid,
             handling=self.worker.handling(),
         )
 

@@ -44,7 +44,7 @@ class PlainMessages(Lifecycle):
         data: dict[str, Any],
         *,
         task_class: Literal["goal", "command"],
-        revision: int = 1,
+        revision: int | None = None,
         id: str | None = None,
         priority: int = 0,
         wait_for_handler: float = 0.0,

@@ -7,8 +7,8 @@ after a grace, during which the way to the router was open.
 
 from __future__ import annotations
 
+import enum
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 VANISH_GRACE = 1.0
@@ -20,12 +20,31 @@ RECONNECT_GRACE = 3.0
 lost; they retry once a second."""
 
 
+MOST_REMEMBERED = 10_000
+"""Names of messages whose providers are remembered until presence changes."""
+
+
+class Stage(enum.StrEnum):
+    """What a module has said of being ready."""
+
+    UNSAID = ""
+    """Nothing: it is ready from the beginning."""
+    HELD = "held"
+    """It will say when it is ready; until then nothing is delivered to it."""
+    WAITING = "waiting"
+    """It waits for others before it is ready."""
+    READY = "ready"
+    """It has said that it is ready."""
+
+
 @dataclass(frozen=True, slots=True)
 class PresentModule:
     """A module on the bus, as its liveliness token names it.
 
     ``incarnation`` is new with each start and sorts by start time; ``provides`` are the wire
-    names of the messages that it handles.
+    names of the messages that it handles. ``resources`` are the resources that it offers beside
+    its own name, ``requires`` those that it needs, ``stage`` what it said of being ready.
+    ``number`` counts its tokens: of two of one incarnation the higher one holds.
     """
 
     name: str
@@ -33,6 +52,10 @@ class PresentModule:
     host: str
     pid: int
     provides: tuple[str, ...]
+    resources: tuple[str, ...] = ()
+    requires: tuple[str, ...] = ()
+    stage: Stage = Stage.UNSAID
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,39 +77,40 @@ class PresenceTable:
         self._own = own
         self._entries: dict[str, PresentModule] = {}
         self._suspects: dict[str, float] = {}
-        self._reachable = True
-        # Looked up for every message that is sent; emptied whenever something changes.
         self._named: dict[str, PresentModule] = {}
         self._providers: dict[str, list[PresentModule]] = {}
+        self._reachable = True
 
     def modules(self) -> list[PresentModule]:
         """All that are not lost, by name and incarnation."""
         return sorted(self._entries.values(), key=lambda entry: (entry.name, entry.incarnation))
 
     def put(self, module: PresentModule) -> list[PresenceChange]:
-        """A token appeared."""
+        """A token appeared; one that its module has replaced since is of no interest."""
+        known = self._entries.get(module.incarnation)
+        if known is not None and known.number > module.number:
+            return []
         self._forget_look_ups()
         self._suspects.pop(module.incarnation, None)
-        known = self._entries.get(module.incarnation)
         self._entries[module.incarnation] = module
         return [] if known == module else [PresenceChange(module, appeared=True)]
 
     def delete(self, module: PresentModule, now: float) -> None:
         """A token vanished; one that its module has replaced is of no interest."""
+        self._forget_look_ups()
         if self._entries.get(module.incarnation) == module and module.incarnation != self._own:
             due = now + VANISH_GRACE if self._reachable else math.inf
             self._suspects.setdefault(module.incarnation, due)
-            self._forget_look_ups()
 
     def router_lost(self, *, is_direct: bool = False) -> None:
         """The transport closed: everybody else is suspect until it is back.
 
         With direct links only those are whose tokens vanish.
         """
+        self._forget_look_ups()
         self._reachable = False
         hidden = self._suspects if is_direct else self._entries
         self._suspects = {key: math.inf for key in hidden if key != self._own}
-        self._forget_look_ups()
 
     def router_back(self, now: float) -> None:
         """The transport opened: suspects have a grace to announce themselves."""
@@ -99,10 +123,10 @@ class PresenceTable:
 
     def expire(self, now: float) -> list[PresenceChange]:
         """Give up suspects whose grace is over."""
+        self._forget_look_ups()
         lost = [key for key, due in self._suspects.items() if due <= now]
         for key in lost:
             del self._suspects[key]
-        self._forget_look_ups()
         return [PresenceChange(self._entries.pop(key), appeared=False) for key in lost]
 
     def state_of(self, incarnation: str) -> bool | None:
@@ -115,7 +139,8 @@ class PresenceTable:
         """The newest incarnation of a module, suspect or not."""
         found = self._named.get(name)
         if found is None:
-            found = _newest(entry for entry in self._entries.values() if entry.name == name)
+            entries = (entry for entry in self._entries.values() if entry.name == name)
+            found = max(entries, key=lambda entry: entry.incarnation, default=None)
             if found is not None:
                 self._named[name] = found
         return found
@@ -124,13 +149,12 @@ class PresenceTable:
         """The newest incarnation of each module that handles ``message``, certain ones first."""
         found = self._providers.get(message)
         if found is None:
-            found = self._look_up_providers(message)
-            # Only names that are served are kept: anything may be asked for.
-            if found:
+            found = self._find_providers(message)
+            if len(self._providers) < MOST_REMEMBERED:
                 self._providers[message] = found
         return list(found)
 
-    def _look_up_providers(self, message: str) -> list[PresentModule]:
+    def _find_providers(self, message: str) -> list[PresentModule]:
         newest: dict[str, PresentModule] = {}
         for entry in self._entries.values():
             known = newest.get(entry.name)
@@ -143,6 +167,27 @@ class PresenceTable:
         """Whether a module that handles ``message`` is there for certain."""
         return any(entry.incarnation not in self._suspects for entry in self.providers(message))
 
+    def namesakes(self) -> list[PresentModule]:
+        """The modules that are there for certain under the name of the table's own module."""
+        own = self._entries.get(self._own)
+        if own is None:
+            return []
+        return [
+            entry
+            for key, entry in self._entries.items()
+            if entry.name == own.name and key != self._own and key not in self._suspects
+        ]
+
+    def resources(self) -> set[str]:
+        """What modules that are there for certain offer: resources, and their own names."""
+        certain = [m for key, m in self._entries.items() if key not in self._suspects]
+        return {name for module in certain for name in (module.name, *module.resources)}
+
+    def called_ready(self) -> set[str]:
+        """The names of the modules that are ready, or wait for others to be."""
+        said = {Stage.WAITING, Stage.READY}
+        return {module.name for module in self._entries.values() if module.stage in said}
+
     def known_messages(self) -> set[str]:
         """All wire names that somebody handles."""
         return {name for entry in self._entries.values() for name in entry.provides}
@@ -150,7 +195,3 @@ class PresenceTable:
     def _forget_look_ups(self) -> None:
         self._named.clear()
         self._providers.clear()
-
-
-def _newest(entries: Iterable[PresentModule]) -> PresentModule | None:
-    return max(entries, key=lambda entry: entry.incarnation, default=None)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
+from typing import Any
 
 import zenoh
 from zenoh.handlers import Callback
@@ -15,6 +16,7 @@ from tca_bus._bridge import Mailbox, call_on
 from tca_bus._keys import Keys, parse_presence
 from tca_bus._presence import PresenceChange, PresenceTable, PresentModule
 from tca_bus._session import MAILBOX_SIZE, Session
+from tca_bus._tally import Tally
 
 logger = logging.getLogger(__name__)
 
@@ -34,8 +36,8 @@ class PresenceFeed:
     session: Session
     keys: Keys
     own: str
+    tally: Tally
     table: PresenceTable = field(init=False)
-    invalid: int = 0
 
     def __post_init__(self) -> None:
         self.table = PresenceTable(self.own)
@@ -43,6 +45,7 @@ class PresenceFeed:
         self._return_listeners: list[Callable[[PresentModule], None]] = []
         self._timer: asyncio.TimerHandle | None = None
         self._changed = asyncio.Event()
+        self._warned_of: set[str] = set()
         self._loop = asyncio.get_running_loop()
 
     async def begin(self, timeout: float) -> None:
@@ -109,12 +112,16 @@ class PresenceFeed:
         while not condition():
             await self._changed.wait()
 
+    def changed(self) -> Coroutine[Any, Any, Any]:
+        """Wait for the next event about modules or the router, from the call on."""
+        return self._changed.wait()
+
     def _take(self, token: _Token) -> None:
         try:
             module = parse_presence(token.key)
         except ValueError as error:
-            self.invalid += 1
-            logger.warning("%s", error)
+            self.tally.invalid += 1
+            self.tally.complain("presence key", str(error))
             return
         if token.is_put:
             has_returned = self.table.state_of(module.incarnation) is None
@@ -133,10 +140,23 @@ class PresenceFeed:
         # Waiters look again; the event is only a bell.
         self._changed.set()
         self._changed = asyncio.Event()
+        if any(change.appeared for change in changes):
+            self._warn_of_namesakes()
         for change in changes:
             for listener in list(self._listeners):
                 listener(change)
         self._set_timer()
+
+    def _warn_of_namesakes(self) -> None:
+        for other in self.table.namesakes():
+            if other.incarnation in self._warned_of:
+                continue
+            self._warned_of.add(other.incarnation)
+            logger.warning(
+                "another module is named %r, process %d on %s; messages go to the one that was "
+                "started last. Stop one, or give it another name",
+                *(other.name, other.pid, other.host),
+            )
 
     def _set_timer(self) -> None:
         if self._timer is not None:

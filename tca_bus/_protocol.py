@@ -10,13 +10,24 @@ from __future__ import annotations
 import enum
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
-from tca_bus._messages import Broadcast, Query
+from tca_bus._log_statements import Statement
+from tca_bus._messages import Broadcast, ModuleLostPolicy, Query, UnhandledPolicy
+from tca_bus._monitor_spec import MonitorSpec
+from tca_bus._orders import TASK_ID_PATTERN, Order
+from tca_bus._trace_context import TRACEPARENT_PATTERN
 
-TASK_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._:+-]{0,119}$"
-"""A task id is one chunk of a key expression, made by the sender."""
+CENTRAL = "central"
+"""The name of the module that keeps the task tree."""
+
+TaskClass = Literal["goal", "command", "monitor", "exception"]
+"""What a node of the task tree is; an exception node is a handler at work on a failure."""
+
+KILL_GRACE = 10.0
+"""Wall seconds in which a handler that is told to stop has to end, unless its message says more."""
 
 
 class Constraint(enum.IntFlag):
@@ -95,14 +106,15 @@ class TaskStatus(BaseModel):
 
     ``sequence`` grows with each change of the node: of two statuses the higher one is newer.
     Times are those of central's clock, seconds since the epoch. ``waiting_for`` says in words
-    what an inactive or pending node waits for.
+    what an inactive or pending node waits for. ``traceparent`` is the W3C trace context that it
+    was sent from.
     """
 
     model_config = ConfigDict(frozen=True, ser_json_inf_nan="constants")
 
     id: str
     name: str
-    task_class: Literal["goal", "command"]
+    task_class: TaskClass
     sender: str
     parent: str | None
     state: TaskState
@@ -117,10 +129,13 @@ class TaskStatus(BaseModel):
     failure: Failure | None = None
     waiting_for: str | None = None
     priority: int = 0
+    suspended: bool = False
+    retries: int = 0
     created: float
     started: float | None = None
     ended: float | None = None
     sequence: int
+    traceparent: str | None = None
 
     @property
     def is_ended(self) -> bool:
@@ -132,23 +147,38 @@ class SubmitTask(Query[TaskStatus]):
     """Module to central: make this node. Sent twice it makes one node.
 
     ``parent`` is the id of the node from whose handler it comes, None for the root.
+    ``message_revision`` is that of the sender's type; None where the data have to fit exactly.
     Refused with ``no_handler`` when no module provides the message, unless ``wait_for_handler``
     is above zero: then the node is made, and fails if none comes within so many seconds.
+
+    ``priority`` is that of the whole task for one at the root, below it that of the message among
+    those of the same task. ``within`` is a deadline: that many seconds of central's clock after
+    the submission the task fails with ``deadline_passed``. ``grace`` is how many wall seconds its
+    handler has to end when it is told to stop. ``persistent`` tasks are kept in the tree after
+    their end for as long as the top-level task lives.
     """
 
     wire_name = "tca.submit"
 
     id: str = Field(pattern=TASK_ID_PATTERN)
     name: str
-    task_class: Literal["goal", "command"]
-    message_revision: int = 1
+    task_class: TaskClass
+    message_revision: int | None = None
     data: dict[str, Any]
     sender: str
     parent: str | None = None
     constraints: int = Field(default=int(Constraint.SEQ_ACH), ge=0, le=15)
     priority: int = 0
-    on_module_lost: Literal["fail", "resend"] = "fail"
+    on_module_lost: ModuleLostPolicy = "fail"
+    on_unhandled: UnhandledPolicy = "fail_parent"
+    traceparent: str | None = Field(default=None, pattern=TRACEPARENT_PATTERN)
     wait_for_handler: float = Field(default=0.0, ge=0)
+    within: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    grace: float = Field(default=KILL_GRACE, gt=0, allow_inf_nan=False)
+    persistent: bool = False
+    orders: tuple[Order, ...] = ()
+    attachments: tuple[Attachment, ...] = ()
+    monitor: MonitorSpec | None = None
 
 
 class KillTask(Query[TaskStatus]):
@@ -182,7 +212,12 @@ class ListTasks(Query[list[TaskStatus]]):
 
 
 class LogEntry(BaseModel):
-    """One line of the task history, from the journal."""
+    """One line of the task history, from the journal.
+
+    ``event`` is a word for scripts, ``text`` a sentence for people, ``statements`` the same in
+    the terms of TCA's log. ``node`` numbers the node in that log, ``root`` is the top-level task
+    above it; ``data`` come with the line that says that it was submitted.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -192,16 +227,27 @@ class LogEntry(BaseModel):
     name: str
     event: str
     text: str
+    root: str = ""
+    node: int | None = None
+    task_class: str = ""
+    data: dict[str, Any] | None = None
+    statements: tuple[Statement, ...] = ()
 
 
 class ReadLog(Query[list[LogEntry]]):
-    """Anybody to central: the history after entry number ``after``, at most ``most`` lines."""
+    """Anybody to central: the history after entry number ``after``, at most ``most`` lines.
+
+    ``after`` below zero counts from the end: the last so many lines. Only those of ``task`` and
+    all below it, of the messages named in ``messages``, and of none in ``ignore``.
+    """
 
     wire_name = "tca.log"
 
     after: int = 0
     most: int = Field(default=1000, ge=1, le=10_000)
     task: str | None = None
+    messages: tuple[str, ...] = Field(default=(), max_length=1000)
+    ignore: tuple[str, ...] = Field(default=(), max_length=1000)
 
 
 class Taken(BaseModel):
@@ -221,11 +267,14 @@ class HandleTask(Query[Taken]):
     id: str = Field(pattern=TASK_ID_PATTERN)
     attempt: int = Field(ge=1)
     name: str
-    task_class: Literal["goal", "command"]
-    message_revision: int = 1
+    task_class: TaskClass
+    message_revision: int | None = None
     data: dict[str, Any]
     sender: str
     parent: str | None = None
+    grace: float = KILL_GRACE
+    monitor: MonitorSpec | None = None
+    retries: int = 0
 
 
 class CancelTask(Query[Taken]):
@@ -250,7 +299,8 @@ class ReportOutcome(Query[Taken]):
     """The handling module to central: how the handler ended.
 
     ``seen_failures`` are the children whose failures the handler received itself; they do not
-    fail the node. Repeated until central has acknowledged it, which it does after journaling.
+    fail the node. ``resolution`` is what an exception handler decided. Repeated until central has
+    acknowledged it, which it does after journaling.
     """
 
     wire_name = "tca.report"
@@ -261,12 +311,15 @@ class ReportOutcome(Query[Taken]):
     result: Any = None
     failure: Failure | None = None
     seen_failures: tuple[str, ...] = ()
+    resolution: Resolution | None = None
 
 
 class ProvidedMessage(BaseModel):
     """A message that a module handles, with the JSON schemas of it and of its answer.
 
-    ``capacity`` is how many of it the module handles at once; central holds back the rest.
+    ``capacity`` is how many of it the module handles at once, None for as many as come; the rest
+    waits at central, or in the line of the pool if it is a query. ``accepts`` are older revisions
+    that it understands.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -274,7 +327,8 @@ class ProvidedMessage(BaseModel):
     name: str
     message_class: str
     revision: int
-    capacity: int = 1
+    accepts: list[int] = []
+    capacity: int | None = 1
     summary: str
     message_schema: dict[str, Any]
     reply_schema: dict[str, Any] | None
@@ -323,8 +377,8 @@ class SimulatedTime(Broadcast):
 
     wire_name = "tca.simTime"
 
-    time: float
-    speed: float | None
+    time: FiniteFloat
+    speed: FiniteFloat | None
 
 
 class AwaitTime(Broadcast):
@@ -337,4 +391,4 @@ class AwaitTime(Broadcast):
 
     module: str
     incarnation: str
-    until: float | None
+    until: FiniteFloat | None

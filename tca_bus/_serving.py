@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import logging
+from collections import Counter
 from typing import Any, NamedTuple, Protocol
 
 import zenoh
@@ -14,8 +14,9 @@ from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox, attachment_of, payload_of, query_payload
 from tca_bus._context import Context
 from tca_bus._core import Core
-from tca_bus._envelope import INCARNATION_PATTERN, Envelope, handled, read_envelope
+from tca_bus._envelope import INCARNATION_PATTERN, Envelope, begin_handling, read_envelope
 from tca_bus._errors import (
+    AtCapacityError,
     BusyError,
     HandlerFailedError,
     InvalidMessageError,
@@ -25,25 +26,23 @@ from tca_bus._errors import (
 )
 from tca_bus._faults import FAILURE_NAMES, encode_error
 from tca_bus._handlers import QUERIES, Handler, Handlers
-from tca_bus._keys import QueryAddress, parse_query
-from tca_bus._messages import Message
+from tca_bus._keys import QueryAddress, parse_query, parse_sender
+from tca_bus._line import Request, request_of
+from tca_bus._messages import Message, MessageClass
 from tca_bus._problems import problems_of
 from tca_bus._replies import PublishedAnswer, WayBack, ZenohReply
+from tca_bus._turns import Turns
 from tca_bus._types import answer_adapter
-from tca_bus._wire import Payload, decode_message, encode_answer
-
-logger = logging.getLogger(__name__)
+from tca_bus._wire import Payload, decode_message, encode_answer, told_revision
 
 MOST_WAITING = 1024
 """Queries that wait for the loop; more are answered with 'busy' on Zenoh's thread."""
 
 MOST_RUNNING = 1024
-"""Queries whose handlers run at once."""
+"""Queries that one handler works on at once; more of them are answered with 'busy'."""
 
 EXPECTED = (*FAILURE_NAMES, HandlerFailedError, TaskError, TaskFailedError)
 """What a handler may end with as part of its work; anything else is logged with its trace."""
-
-Request = tuple[str, str]
 
 
 class ContextFactory(Protocol):
@@ -70,6 +69,8 @@ class QueryServer:
         self._context = context
         self._cache = AnswerCache()
         self._running: dict[Request, _Running] = {}
+        self._under_way: Counter[str] = Counter()
+        self._turns = Turns(core, handlers, self._cancel_survey)
         self._loop = asyncio.get_running_loop()
         self._broken: asyncio.Future[None] = self._loop.create_future()
         self._is_closing = False
@@ -77,6 +78,7 @@ class QueryServer:
     def begin(self) -> None:
         """Declare the subscriber of published queries and the queryable of Zenoh's own."""
         core = self._core
+        self._turns.begin()
         calls = Mailbox[zenoh.Sample](self._take_call, size=MOST_WAITING, refuse=self._refuse_call)
         core.tally.counters["call"] = lambda: calls.dropped
         key = core.keys.calls_to(core.name, core.incarnation)
@@ -106,7 +108,7 @@ class QueryServer:
             address, envelope = _read_call(sample)
         except InvalidMessageError as error:
             # Without an envelope there is no way back to whoever sent it.
-            self._core.tally.note_invalid(error, sender=str(sample.key_expr))
+            self._core.tally.note_invalid(error, sender=parse_sender(str(sample.key_expr)))
             return
         way = PublishedAnswer(self._core, address.caller, envelope.sender, envelope.id)
         self._take(way, address, envelope, payload_of(sample))
@@ -125,21 +127,38 @@ class QueryServer:
         self, way: WayBack, address: QueryAddress, envelope: Envelope, payload: Payload
     ) -> None:
         """Start handling a request, or answer it at once."""
-        request = (address.caller, envelope.id)
+        name = address.name
+        request = request_of(address.caller, name, envelope.id)
         known = self._cache.get(request)
         if known is not None:
             way.send(known)
         elif request in self._running:
             self._running[request].ways.append(way)
-        elif len(self._running) >= MOST_RUNNING:
-            way.send(self._busy())
         elif self._is_closing:
             way.drop()
+        elif self._under_way[name] >= MOST_RUNNING:
+            self._refuse_more(way, name)
+        elif not self._turns.enter(name, request):
+            way.send(self._error_answer(self._at_capacity(name), name))
         else:
-            ways = [way]
-            work = self._work(request, ways, address, envelope, payload)
-            name = f"{self._core.name}.query.{address.name}"
-            self._running[request] = _Running(self._loop.create_task(work, name=name), ways)
+            self._begin_work(way, request, address, envelope, payload)
+
+    def _begin_work(
+        self,
+        way: WayBack,
+        request: Request,
+        address: QueryAddress,
+        envelope: Envelope,
+        payload: Payload,
+    ) -> None:
+        ways = [way]
+        work = self._work(request, ways, address, envelope, payload)
+        task = self._loop.create_task(work, name=f"{self._core.name}.query.{address.name}")
+        self._running[request] = _Running(task, ways)
+        self._under_way[address.name] += 1
+        if self._is_survey(address.name):
+            # One that is cancelled before its first step never comes to its own end.
+            task.add_done_callback(lambda done: self._finish(request, address.name, done))
 
     async def _work(
         self,
@@ -150,7 +169,7 @@ class QueryServer:
         payload: Payload,
     ) -> None:
         try:
-            handled.set(envelope)
+            begin_handling(envelope)
             answer = await self._answer(address, envelope, payload)
             self._cache.put(request, answer)
             for way in ways:
@@ -160,16 +179,40 @@ class QueryServer:
             if not self._broken.done():
                 self._broken.set_exception(error)
         finally:
-            del self._running[request]
-            for way in ways:
-                way.drop()
+            self._finish(request, address.name, asyncio.current_task())
+
+    def _finish(self, request: Request, name: str, task: asyncio.Task[None] | None) -> None:
+        """Let go of a request, if it is still handled by the task."""
+        running = self._running.get(request)
+        if running is None or running.task is not task:
+            return
+        del self._running[request]
+        for way in running.ways:
+            way.drop()
+        self._under_way[name] -= 1
+        if not self._under_way[name]:
+            del self._under_way[name]
+        self._turns.leave(name, request)
+
+    def _is_survey(self, name: str) -> bool:
+        handler = self._handlers.get(name)
+        return (
+            handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY
+        )
+
+    def _cancel_survey(self, request: Request) -> None:
+        running = self._running.get(request)
+        if running is not None and self._is_survey(request[1].partition("/")[0]):
+            running.task.cancel()
 
     async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
         try:
             handler = self._find(address.name)
             message = decode_message(payload, handler.message_type)
+            told = told_revision(payload)
             context = self._context(sender=address.caller, id=envelope.id)
-            return _answer_of(await handler.call(message, context), handler.message_type)
+            value = await handler.call(message, context)
+            return _answer_of(value, handler.message_type, told)
         except Exception as error:
             self._note(error, address)
             return self._error_answer(error, address.name)
@@ -179,19 +222,28 @@ class QueryServer:
         if handler is None or handler.message_type.message_class not in QUERIES:
             known = {h.message_type.wire_name for h in self._handlers}
             raise NoHandlerError(name, known)
+        if self._handlers.is_held and not handler.built_in:
+            raise BusyError(name, f"module {self._core.name!r} is not ready yet")
         return handler
 
     def _note(self, error: Exception, address: QueryAddress) -> None:
         if isinstance(error, InvalidMessageError):
             self._core.tally.note_invalid(error, sender=address.caller)
         elif not isinstance(error, EXPECTED):
-            logger.error("handler of %s failed", address.name, exc_info=error)
+            cause = f"handler of {address.name}: {type(error).__name__}"
+            text = f"handler of {address.name} failed"
+            self._core.tally.complain(cause, text, error=error)
 
     def _reject(self, query: zenoh.Query, error: ValueError) -> None:
         if not isinstance(error, InvalidMessageError):
             error = InvalidMessageError("query", [str(error)])
-        self._core.tally.note_invalid(error, sender=str(query.key_expr))
+        self._core.tally.note_invalid(error, sender=parse_sender(str(query.key_expr)))
         self._reply_error(query, self._error_answer(error, "query"))
+
+    def _refuse_more(self, way: WayBack, name: str) -> None:
+        text = f"handler of {name} has {self._under_way[name]} queries under way: more are refused"
+        self._core.tally.complain(f"too many {name}", text)
+        way.send(self._busy())
 
     def _refuse_query(self, query: zenoh.Query) -> None:
         self._reply_error(query, self._busy())
@@ -210,6 +262,9 @@ class QueryServer:
         error = BusyError("the query", f"module {self._core.name!r} has too many waiting")
         return self._error_answer(error, "query")
 
+    def _at_capacity(self, name: str) -> AtCapacityError:
+        return AtCapacityError(name, f"module {self._core.name!r} has no place free; ask again")
+
     def _error_answer(self, error: Exception, message: str) -> Answer:
         payload = encode_error(error, message=message, module=self._core.name)
         return Answer(payload, is_error=True)
@@ -219,8 +274,8 @@ class QueryServer:
             query.reply_err(answer.payload.data, encoding=answer.payload.encoding)
 
 
-def _answer_of(value: Any, message_type: type[Message]) -> Answer:
-    """Encode what a handler returned.
+def _answer_of(value: Any, message_type: type[Message], told: int | None) -> Answer:
+    """Encode what a handler returned, in the form for a sender of revision ``told``.
 
     Raises:
         TaskError: It is not what the message names as its answer.
@@ -230,7 +285,7 @@ def _answer_of(value: Any, message_type: type[Message]) -> Answer:
         checked = adapter.validate_python(value)
     except ValidationError as error:
         raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
-    return Answer(encode_answer(checked, adapter, message_type), is_error=False)
+    return Answer(encode_answer(checked, adapter, message_type, told=told), is_error=False)
 
 
 def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:
@@ -239,8 +294,7 @@ def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:
     Raises:
         InvalidMessageError: Its attachment does not say where the answer goes.
     """
-    attachment = attachment_of(sample)
-    envelope = read_envelope(attachment or b"")
+    envelope = read_envelope(attachment_of(sample) or b"")
     if not INCARNATION_PATTERN.fullmatch(envelope.sender):
         problem = f"sender: expected an incarnation, got {envelope.sender[:100]!r}"
         raise InvalidMessageError("attachment", [problem])

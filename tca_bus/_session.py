@@ -101,6 +101,7 @@ class Session:
         # Zenoh's own flag waits for a lock without giving up the GIL: if a callback that runs
         # under that lock needs the GIL, both wait for ever.
         self.is_closed = False
+        self.outages = 0
 
     async def __aenter__(self) -> Self:
         self.zenoh = await self._open()
@@ -200,6 +201,7 @@ class Session:
         if is_up:
             logger.info("router at %s is back", self.endpoint)
         else:
+            self.outages += 1
             logger.warning("router at %s is lost", self.endpoint)
         self._on_transport(is_up)
 

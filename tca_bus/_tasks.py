@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 
 from tca_bus._caller import Caller
 from tca_bus._core import Core
+from tca_bus._envelope import sending_traceparent
 from tca_bus._errors import (
     BusGoneError,
     BusyError,
@@ -86,6 +87,7 @@ class TaskSender:
             TimedOutError: No acknowledgement within ``timeout``; it may have been made.
             BusGoneError: The router was away for the rest of that time.
         """
+        task = task.model_copy(update={"traceparent": sending_traceparent()})
         status = await self.ask_central(task, timeout=timeout)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
         self._handles[f"{task.id}/{id(handle)}"] = handle
@@ -130,7 +132,7 @@ class TaskSender:
         payload = encode_message(question)
         answer = await self.caller.call(kind.wire_name, payload, to=CENTRAL, timeout=timeout)
         self._central_seen = True
-        return decode_answer(answer, answer_adapter(kind), kind.wire_name)  # type: ignore[no-any-return]
+        return decode_answer(answer, answer_adapter(kind), kind.wire_name, revision=kind.revision)  # type: ignore[no-any-return]
 
     def _is_out_of_reach(self, question: Query[Any], error: TcaError) -> bool:
         """Tell "no central" from central's own word that nobody handles the task."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -11,7 +10,7 @@ from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, handled, new_stamp, read_envelope
+from tca_bus._envelope import Envelope, begin_handling, new_stamp, read_envelope
 from tca_bus._errors import InvalidMessageError
 from tca_bus._handlers import Handler
 from tca_bus._keys import parse_sender
@@ -21,8 +20,6 @@ from tca_bus._serving import ContextFactory
 from tca_bus._session import MAILBOX_SIZE
 from tca_bus._subscription import Subscription
 from tca_bus._wire import Payload, decode_messages
-
-logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -124,10 +121,12 @@ class Topics:
     async def handle(self, handler: Handler, arrivals: Subscription[Arrival[Any]]) -> None:
         """Run a handler for each message in turn; one that fails is logged and left behind."""
         async for arrival in arrivals:
-            handled.set(arrival.envelope)
+            begin_handling(arrival.envelope)
             context = self._context(sender=arrival.sender, id=arrival.envelope.id)
             try:
                 await handler.call(arrival.value, context)
-            except Exception:
+            except Exception as error:
                 name = handler.message_type.wire_name
-                logger.exception("handler of %s from %s failed", name, arrival.sender)
+                cause = f"handler of {name}: {type(error).__name__}"
+                text = f"handler of {name} from {arrival.sender} failed"
+                self._core.tally.complain(cause, text, error=error)

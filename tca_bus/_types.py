@@ -58,6 +58,6 @@ def array_fields(value_type: Any) -> dict[str, str]:
 
 
 def summary(described: Any) -> str:
-    """The first line of a docstring."""
+    """The first line of a docstring, without the marks of code."""
     lines = (described.__doc__ or "").strip().splitlines()
-    return lines[0] if lines else ""
+    return lines[0].replace("`", "") if lines else ""

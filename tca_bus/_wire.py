@@ -6,6 +6,7 @@ The Zenoh encoding names the message and its revision: ``application/json;xavier
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Sequence
 from functools import cache
@@ -18,6 +19,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from tca_bus._errors import InvalidMessageError
 from tca_bus._messages import Message
 from tca_bus._problems import problems_of
+from tca_bus._revisions import answer_for, understand
 from tca_bus._types import array_fields, message_adapter
 
 JSON_TYPE = "application/json"
@@ -32,6 +34,14 @@ MessageT = TypeVar("MessageT", bound=Message)
 
 ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
 """Takes any JSON value."""
+
+_ANY_LIST = TypeAdapter(list[Any])
+
+FIELDS = TypeAdapter(dict[str, Any])
+"""Takes any JSON object."""
+
+MOST_DIGITS = 10
+"""A revision has fewer."""
 
 
 class Payload(NamedTuple):
@@ -63,16 +73,21 @@ def encode_message(message: Message) -> Payload:
     """Encode a message: JSON, or a frame if its type has array fields."""
     kind = type(message)
     if array_fields(kind):
-        return _frame(message, f"{FRAME_TYPE};{kind.wire_name}@{kind.revision}")
+        return _frame(message, f"{kind.wire_name}@{kind.revision}")
     return Payload(message_adapter(kind).serializer.to_json(message), json_encoding(kind))
 
 
-def encode_answer(answer: Any, adapter: TypeAdapter[Any], message: type[Message]) -> Payload:
-    """Encode the answer to a message."""
+def encode_answer(
+    answer: Any, adapter: TypeAdapter[Any], message: type[Message], *, told: int | None = None
+) -> Payload:
+    """Encode the answer to a message, in the form for a sender of revision ``told``."""
+    name = message.wire_name + REPLY_SUFFIX
     if isinstance(answer, BaseModel) and array_fields(type(answer)):
-        tag = f"{message.wire_name}{REPLY_SUFFIX}@{message.revision}"
-        return _frame(answer, f"{FRAME_TYPE};{tag}")
-    return Payload(adapter.serializer.to_json(answer), json_encoding(message, REPLY_SUFFIX))
+        return _frame(answer, f"{name}@{message.revision}")
+    if told is None or told == message.revision:
+        return Payload(adapter.serializer.to_json(answer), json_encoding(message, REPLY_SUFFIX))
+    plain, revision = answer_for(message, told, adapter.dump_python(answer, mode="json"))
+    return Payload(json.dumps(plain).encode(), f"{JSON_TYPE};{name}@{revision}")
 
 
 def encode_json(name: str, data: Any) -> Payload:
@@ -81,15 +96,27 @@ def encode_json(name: str, data: Any) -> Payload:
 
 
 def decode_message(payload: Payload, message_type: type[Message]) -> Message:
-    """Validate a payload as a message.
+    """Validate a payload as a message; one of a revision that it accepts is upgraded.
 
     Raises:
         InvalidMessageError: It is none; the error names fields, values and what was expected.
     """
+    adapter = message_adapter(message_type)
+    if payload.encoding == json_encoding(message_type):
+        # Nearly all; what does not fit is looked at more closely below.
+        with contextlib.suppress(ValidationError):
+            return adapter.validator.validate_json(payload.data)  # type: ignore[no-any-return]
     name = message_type.wire_name
-    if payload.encoding != json_encoding(message_type):
-        _check_tag(payload.encoding, name, message_type.revision)
-    return _decode(payload, message_adapter(message_type), name)  # type: ignore[no-any-return]
+    told = _told_revision(payload.encoding, name)
+    try:
+        return understand(
+            message_type,
+            told,
+            validate=lambda: _validate(payload, adapter, name),
+            plain=lambda: _fields(payload, name),
+        )
+    except ValidationError as error:
+        raise InvalidMessageError(name, problems_of(error)) from error
 
 
 def encode_messages(messages: Sequence[MessageT]) -> list[Payload]:
@@ -114,9 +141,12 @@ def decode_messages(payload: Payload, message_type: type[Message]) -> Sequence[M
     if not payload.data.startswith(b"["):
         return (decode_message(payload, message_type),)
     name = message_type.wire_name
-    if payload.encoding != json_encoding(message_type):
-        _check_tag(payload.encoding, name, message_type.revision)
-    return _decode(payload, _list_adapter(message_type), name)  # type: ignore[no-any-return]
+    told = _told_revision(payload.encoding, name)
+    if told in {None, message_type.revision}:
+        return _decode(payload, _list_adapter(message_type), name)  # type: ignore[no-any-return]
+    items = _decode(payload, _ANY_LIST, name)
+    parts = [Payload(json.dumps(item).encode(), payload.encoding) for item in items]
+    return [decode_message(part, message_type) for part in parts]
 
 
 @cache
@@ -124,13 +154,29 @@ def _list_adapter(message_type: type[Message]) -> TypeAdapter[list[Message]]:
     return TypeAdapter(list[message_type])  # type: ignore[valid-type]
 
 
-def decode_answer(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
-    """Validate a payload as the answer to the message ``name``.
+def told_revision(payload: Payload) -> int | None:
+    """The revision that the sender says a payload is of; None if it does not say."""
+    _, _, tag = payload.encoding.partition(";")
+    told = _told_revision(payload.encoding, tag.partition("@")[0])
+    return told if isinstance(told, int) else None
+
+
+def decode_answer(
+    payload: Payload, adapter: TypeAdapter[Any], name: str, *, revision: int | None = None
+) -> Any:
+    """Validate a payload as the answer to the message ``name`` of ``revision``.
 
     Raises:
-        InvalidMessageError: It is none.
+        InvalidMessageError: It is none; if it is of another revision the error names both.
     """
-    return _decode(payload, adapter, name + REPLY_SUFFIX)
+    try:
+        return _decode(payload, adapter, name + REPLY_SUFFIX)
+    except InvalidMessageError as error:
+        told = told_revision(payload)
+        if revision is None or told in {None, revision}:
+            raise
+        first = f"revision: expected {revision}, got {told}"
+        raise InvalidMessageError(error.message, [first, *error.problems]) from error
 
 
 def decode_plain(payload: Payload, name: str) -> Any:
@@ -156,28 +202,42 @@ def validate_plain(data: Any, adapter: TypeAdapter[Any], name: str) -> Any:
         raise InvalidMessageError(name, problems_of(error)) from error
 
 
-def _check_tag(encoding: str, name: str, revision: int) -> None:
-    """Reject a payload that says it is something else; tools may leave the tag out."""
+def _told_revision(encoding: str, name: str) -> int | str | None:
+    """The revision that the encoding names; tools may leave the tag or the revision out.
+
+    Raises:
+        InvalidMessageError: It names another message.
+    """
     _, _, tag = encoding.partition(";")
-    told, _, told_revision = tag.partition("@")
+    told, _, revision = tag.partition("@")
     if told and told != name:
-        raise InvalidMessageError(name, [f"encoding: expected {name!r}, got {told!r}"])
-    if told_revision and told_revision != str(revision):
-        problem = f"revision: expected {revision}, got {told_revision[:20]!r}"
-        raise InvalidMessageError(name, [problem])
+        raise InvalidMessageError(name, [f"encoding: expected {name!r}, got {told[:100]!r}"])
+    is_number = revision.isascii() and revision.isdigit() and len(revision) < MOST_DIGITS
+    return int(revision) if is_number else (revision[:20] or None)
 
 
 def _decode(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
     try:
-        if payload.encoding.startswith(FRAME_TYPE):
-            return adapter.validate_python(_frames().decode_frame(payload.data, name))
-        return adapter.validator.validate_json(payload.data)
+        return _validate(payload, adapter, name)
     except ValidationError as error:
         raise InvalidMessageError(name, problems_of(error)) from error
 
 
-def _frame(model: BaseModel, encoding: str) -> Payload:
-    return Payload(_frames().encode_frame(model, array_fields(type(model))), encoding)
+def _validate(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
+    if payload.encoding.startswith(FRAME_TYPE):
+        return adapter.validate_python(_frames().decode_frame(payload.data, name))
+    return adapter.validator.validate_json(payload.data)
+
+
+def _fields(payload: Payload, name: str) -> dict[str, Any]:
+    """The fields of a payload, arrays as such."""
+    if payload.encoding.startswith(FRAME_TYPE):
+        return _frames().decode_frame(payload.data, name)  # type: ignore[no-any-return]
+    return FIELDS.validate_json(payload.data)
+
+
+def _frame(model: BaseModel, tag: str) -> Payload:
+    return Payload(_frames().encode_frame(model, array_fields(type(model))), f"{FRAME_TYPE};{tag}")
 
 
 def _frames() -> ModuleType:

@@ -6,15 +6,17 @@ import asyncio
 import contextlib
 import logging
 from collections import OrderedDict
-from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from tca_bus._context import Context, TaskContext
+from tca_bus._attachments import Caught
+from tca_bus._clock import Clock
+from tca_bus._context import Context
 from tca_bus._core import Core
-from tca_bus._envelope import handled
+from tca_bus._envelope import begin_handling, handled
 from tca_bus._errors import (
     BusyError,
     ClosedError,
@@ -28,9 +30,13 @@ from tca_bus._errors import (
 from tca_bus._failure import Failure
 from tca_bus._faults import failure_of
 from tca_bus._handlers import TASKS, Handler, Handlers
-from tca_bus._messages import Message
+from tca_bus._messages import Message, MessageClass
+from tca_bus._monitor_spec import MonitorSpec
+from tca_bus._monitoring import Firing, MonitorRun
 from tca_bus._problems import problems_of
 from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
+from tca_bus._revisions import answer_for, understand
+from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
 from tca_bus._tasks import CENTRAL, OUT_OF_REACH, TaskSender
 from tca_bus._types import answer_adapter
 
@@ -49,6 +55,26 @@ Try = tuple[str, int]
 """A task id and the attempt number."""
 
 
+class Contexts(Protocol):
+    """Makes what handlers are given beside their messages."""
+
+    def plain(self, *, sender: str, id: str) -> Context:
+        """For a condition that is tested."""
+        ...
+
+    def task(self, task: HandleTask) -> TaskContext:
+        """For a goal, a command or an exception."""
+        ...
+
+    def monitor(self, task: HandleTask, firing: Firing) -> MonitorContext:
+        """For a demon."""
+        ...
+
+    def clock(self) -> Clock:
+        """The clock of the module."""
+        ...
+
+
 @dataclass(eq=False)
 class Job:
     """One attempt at a task in this module."""
@@ -57,6 +83,7 @@ class Job:
     running: asyncio.Task[None] | None = None
     is_cancelled: bool = False
     is_concluded: bool = False
+    answer: asyncio.Future[Any] | None = None
     over: asyncio.Event = field(default_factory=asyncio.Event)
 
 
@@ -67,7 +94,7 @@ class TaskWorker:
     core: Core
     handlers: Handlers
     sender: TaskSender
-    make_context: Callable[[HandleTask], TaskContext]
+    contexts: Contexts
     _jobs: dict[str, Job] = field(default_factory=dict)
     _outcomes: OrderedDict[Try, ReportOutcome] = field(default_factory=OrderedDict)
     _reporting: set[Try] = field(default_factory=set)
@@ -118,19 +145,24 @@ class TaskWorker:
 
     def _read(self, task: HandleTask) -> tuple[Message, Handler]:
         handler = self.handlers.get(task.name)
-        if handler is None or handler.message_type.message_class not in TASKS:
+        if handler is None or not _fits(handler, task):
             raise NoHandlerError(task.name, self.handlers.provided())
         kind = handler.message_type
-        if kind.message_class.value != task.task_class:
+        if task.task_class == "exception":
+            return _exception(kind, task), handler
+        if kind.message_class in TASKS and kind.message_class.value != task.task_class:
             problem = f"class: expected {kind.message_class.value}, got {task.task_class}"
             raise InvalidMessageError(task.name, [problem])
-        if kind.revision != task.message_revision:
-            problem = f"revision: expected {kind.revision}, got {task.message_revision}"
-            raise InvalidMessageError(task.name, [problem])
         try:
-            return kind.model_validate(task.data), handler
+            message = understand(
+                kind,
+                task.message_revision,
+                validate=lambda: kind.model_validate(task.data),
+                plain=lambda: deepcopy(task.data),
+            )
         except ValidationError as error:
             raise InvalidMessageError(task.name, problems_of(error)) from error
+        return message, handler
 
     async def _supersede(self, job: Job, task: HandleTask) -> None:
         """Stop an older attempt; the newer one begins when its handler has ended."""
@@ -157,10 +189,10 @@ class TaskWorker:
             job.running.cancel()
 
     async def _run(self, job: Job, message: Message, handler: Handler) -> None:
-        context = self.make_context(job.task)
+        context = self.contexts.task(job.task)
         envelope = handled.get()
         if envelope is not None:
-            handled.set(envelope.model_copy(update={"task": job.task.id}))
+            begin_handling(envelope.model_copy(update={"task": job.task.id}))
         outcome = await self._outcome_of(job, message, handler, context)
         seen = tuple(context.seen_failures)
         job.is_concluded = True
@@ -174,27 +206,70 @@ class TaskWorker:
         if job.is_cancelled and not job.is_concluded:
             self._conclude(_killed(job.task.id, job.task.attempt))
 
+    def answer(self, id: str, result: Any) -> None:
+        """End a postponed task; with an exception it fails.
+
+        Raises:
+            TaskError: There is no such task here, or its handler did not postpone it.
+        """
+        job = self._jobs.get(id)
+        if job is None or job.answer is None or job.answer.done():
+            raise TaskError("not_postponed", f"task {id} waits for no answer in this module")
+        if isinstance(result, Exception):
+            job.answer.set_exception(result)
+        else:
+            job.answer.set_result(result)
+
+    async def _value_of(
+        self, job: Job, message: Message, handler: Handler, context: TaskContext
+    ) -> Any:
+        """Run the handler, and wait for its answer if that is postponed."""
+        if job.task.monitor is not None:
+            return await self._monitor(job.task, job.task.monitor, message, handler).run()
+        async with self._slot(handler):
+            value = await handler.call(message, context)
+            if context.is_postponed:
+                job.answer = asyncio.get_running_loop().create_future()
+                value = await job.answer
+        return _plain_result(value, handler, job.task.message_revision)
+
+    def _monitor(
+        self, task: HandleTask, spec: MonitorSpec, message: Message, handler: Handler
+    ) -> MonitorRun:
+        return MonitorRun(
+            task=task,
+            spec=spec,
+            message=message,
+            handler=handler,
+            firing=Firing(self.sender, task),
+            context=self.contexts.plain,
+            demon=lambda firing: self.contexts.monitor(task, firing),
+            clock=self.contexts.clock,
+        )
+
     async def _outcome_of(
         self, job: Job, message: Message, handler: Handler, context: TaskContext
     ) -> ReportOutcome:
         task = job.task
         try:
-            async with self._slot(handler):
-                value = await handler.call(message, context)
-            result = _plain_result(value, handler)
+            result = await self._value_of(job, message, handler, context)
         except asyncio.CancelledError:
             if not job.is_cancelled:
                 raise
             return _killed(task.id, task.attempt)
         except Exception as error:
             return self._failed(task, error)
+        resolution = context.resolution if isinstance(context, ExceptionContext) else None
         return ReportOutcome(
-            id=task.id, attempt=task.attempt, outcome=Outcome.SUCCESS, result=result
+            id=task.id,
+            attempt=task.attempt,
+            outcome=Outcome.SUCCESS,
+            result=result,
+            resolution=resolution,
         )
 
     def _slot(self, handler: Handler) -> asyncio.Semaphore:
-        name = handler.message_type.wire_name
-        return self._slots.setdefault(name, asyncio.Semaphore(handler.capacity))
+        return self._slots.setdefault(handler.name, asyncio.Semaphore(handler.capacity or 1))
 
     def _failed(self, task: HandleTask, error: Exception) -> ReportOutcome:
         if not isinstance(error, TaskError | TaskFailedError | TcaError):
@@ -246,13 +321,37 @@ def _check_central(context: Context, what: str) -> None:
         raise RefusedError(what, f"it comes from {context.sender!r}; only {CENTRAL!r} may order it")
 
 
-def _plain_result(value: Any, handler: Handler) -> Any:
-    """The result as JSON values; a handler that returns something else has failed."""
+def _fits(handler: Handler, task: HandleTask) -> bool:
+    """Whether the handler of that name can be meant."""
+    kind = handler.message_type.message_class
+    if task.task_class == "exception":
+        return kind == MessageClass.EXCEPTION
+    if task.monitor is not None:
+        return kind == (MessageClass.DEMON if task.monitor.kind == "demon" else MessageClass.QUERY)
+    return kind in TASKS
+
+
+def _exception(kind: type[Message], task: HandleTask) -> Message:
+    """The exception that a handler of it is given; one of any kind is given without data."""
+    failure = Failure.model_validate(Caught.model_validate(task.data).failure)
+    try:
+        if kind.wire_name in {failure.name, *failure.kinds}:
+            known = failure.data or {}
+            fields = {name: known[name] for name in kind.model_fields if name in known}
+            return kind.model_validate(fields)
+        return kind()
+    except ValidationError as error:
+        raise InvalidMessageError(task.name, problems_of(error)) from error
+
+
+def _plain_result(value: Any, handler: Handler, told: int | None) -> Any:
+    """The result as JSON values, in the sender's form; one of another type is a failure."""
     adapter = answer_adapter(handler.message_type)
     try:
-        return adapter.dump_python(adapter.validate_python(value), mode="json")
+        result = adapter.dump_python(adapter.validate_python(value), mode="json")
     except ValidationError as error:
         raise TaskError("invalid_result", f"result: {'; '.join(problems_of(error))}") from error
+    return answer_for(handler.message_type, told, result)[0]
 
 
 def _killed(id: str, attempt: int) -> ReportOutcome:

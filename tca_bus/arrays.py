@@ -41,8 +41,9 @@ class ArrayField(ArrayMark):
 
     def _validate(self, value: Any) -> NDArray[Any]:
         try:
-            array = np.asarray(value, dtype=self.dtype)
-        except (TypeError, ValueError) as error:
+            with np.errstate(over="raise", invalid="raise"):
+                array = np.asarray(value, dtype=self.dtype)
+        except (ArithmeticError, TypeError, ValueError) as error:
             raise ValueError(f"expected a list of numbers: {error}") from error
         if array.ndim != 1:
             raise ValueError(f"expected one dimension, got shape {array.shape}")

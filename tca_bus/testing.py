@@ -1,6 +1,6 @@
-"""Helpers for tests of modules: a router, central, clocks by hand, waiting for conditions.
+"""Helpers for tests of modules: a router, central, modules that answer as told, clocks by hand.
 
-::
+``docs/testing.md`` shows whole test files. ::
 
     async with bus() as options, central(options), Module("asker", options=options) as module:
         await eventually(lambda: module.is_connected)
@@ -22,6 +22,19 @@ from tca_bus._module import Module
 from tca_bus._options import BusOptions
 from tca_bus._protocol import SimulatedTime
 from tca_bus._router import Router
+from tca_bus._scripted import Call, Hold, ScriptedModule
+
+__all__ = [
+    "FREE_PORT",
+    "Call",
+    "Hold",
+    "ManualClock",
+    "ScriptedModule",
+    "TimeSource",
+    "bus",
+    "central",
+    "eventually",
+]
 
 FREE_PORT = "tcp/127.0.0.1:0"
 

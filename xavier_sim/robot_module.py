@@ -45,7 +45,8 @@ class RobotModule:
 
     def __init__(self, state: RobotState, store: SnapshotFile | None, options: BusOptions) -> None:
         self._state, self._store = state, store
-        self._module = Module(MODULE, options=options.model_copy(update={"clock": "wall"}))
+        wall = options.model_copy(update={"clock": "wall"})
+        self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._present: dict[str, str] = {}
         self._bell = asyncio.Event()
@@ -66,6 +67,7 @@ class RobotModule:
 
         Raises:
             BusGoneError: there was no router to begin with.
+            RefusedError: there is a robot on the realm.
         """
         async with self._module:
             self._module.start(self._watch_presence(), name="xavier presence")

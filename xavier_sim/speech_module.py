@@ -132,7 +132,7 @@ class SpeechModule:
     """Serves `Say` and `Ask`, each task once, also when it is sent again after a restart."""
 
     def __init__(self, options: BusOptions, record: RecordFile) -> None:
-        self.module = Module(MODULE, options=options)
+        self.module = Module(MODULE, options=options, sole=True)
         self._record = record
         self._writing = asyncio.Lock()
         self._audience: Audience | None = None
@@ -140,7 +140,12 @@ class SpeechModule:
         self.module.serve(Ask, self._on_ask)
 
     async def run(self, audience: Audience) -> None:
-        """Serve until cancelled."""
+        """Serve until cancelled.
+
+        Raises:
+            BusGoneError: there is no router.
+            RefusedError: there is a speech board on the realm.
+        """
         self._audience = audience
         async with self.module:
             await self.module.serve_forever()

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tca_bus import TcaError, did_you_mean, near_matches
+from tca_bus import TcaError, near_matches, near_or_all
 from xavier_sim.base import clip_command, next_speed, next_turn_rate
 from xavier_sim.bumpers import Bumpers
 from xavier_sim.geometry import build_geometry, space_at
@@ -36,7 +36,7 @@ class UnknownDoorError(TcaError, LookupError):
     def __init__(self, name: str, known: list[str]) -> None:
         self.name = name
         self.near = near_matches(name, known)
-        hint = did_you_mean(name, known)
+        hint = near_or_all(name, known)
         super().__init__(f"there is no room or door {name!r} on this floor.{hint}")
 
 

@@ -6,7 +6,6 @@ import uuid
 from typing import Annotated
 
 from cyclopts import Parameter
-from pydantic import ValidationError
 
 from rogue.cli._client import ask, on_bus
 from rogue.cli._waiting import EXIT_CODES, persist, states
@@ -20,7 +19,7 @@ from rogue.messages import (
     ShowRequest,
     Why,
 )
-from tca_bus import InvalidMessageError, Module
+from tca_bus import Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 
 COLUMNS = ("id", "user", "item", "from", "to", "state", "rank", "posted", "deadline", "reason")
@@ -60,19 +59,15 @@ async def request(
     id
         Name of the request; posting one name twice makes one request.
     """
-    try:
-        message = PostRequest(
-            id=id or uuid.uuid4().hex[:8],
-            user=user,
-            item=item,
-            pickup=from_,
-            deliver=to,
-            deadline=deadline,
-            why=why,
-        )
-    except ValidationError as error:
-        problems = [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()]
-        raise InvalidMessageError(PostRequest.wire_name, problems) from None
+    message = PostRequest(
+        id=id or uuid.uuid4().hex[:8],
+        user=user,
+        item=item,
+        pickup=from_,
+        deliver=to,
+        deadline=deadline,
+        why=why,
+    )
     async with on_bus(flags) as module:
         posted = await persist(lambda: ask(module, message))
         if not wait:

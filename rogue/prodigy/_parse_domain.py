@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rogue.prodigy._domain import Domain, Effect, Function, Operator
+from rogue.prodigy._errors import PdlError, Position
 from rogue.prodigy._expressions import TRUE, And, Expression, VariableSpec, atoms
 from rogue.prodigy._forms import as_form, as_word, fail, head, is_variable, parts
 from rogue.prodigy._functions import BUILT_IN
@@ -44,6 +45,8 @@ def parse_domain(
         PdlError: At the first thing that is wrong, with line and column.
     """
     forms = [as_form(node, "'('") for node in read(text, file)]
+    if not forms:
+        raise PdlError(Position(file, 1, 1), "no expression", "a domain with its operators")
     for form in forms:
         if head(form) not in SECTIONS:
             fail(form.items[0] if form.items else form, "one of " + ", ".join(SECTIONS), SECTIONS)

@@ -50,8 +50,10 @@ class Seen:
 
     @property
     def state(self) -> str:
-        """``ready``, or ``hung`` when the process is there and does not answer."""
-        return "ready" if self.card is not None else "hung"
+        """``ready``; ``hung`` when the process does not answer; ``held`` and ``waiting`` before."""
+        if self.card is None:
+            return "hung"
+        return self.module.stage or "ready"
 
 
 @asynccontextmanager

@@ -9,6 +9,7 @@ from typing import Any
 
 from tca_bus import TaskStatus, TcaError
 from tca_bus._protocol import ListTasks
+from tca_bus._readiness import missing
 from tca_bus.cli._client import Seen, joined, look_around
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, show_table
@@ -57,6 +58,7 @@ async def doctor(*, flags: BusFlags = DEFAULT_FLAGS) -> int:
         Finding("router", ok=True, text=f"reached at {flags.connect}"),
         *_missing(seen),
         *_ailing(seen),
+        *_unmet(seen),
         *_stuck(tasks),
     ]
     if flags.json:
@@ -105,6 +107,15 @@ def _ailing(seen: Sequence[Seen]) -> Iterator[Finding]:
             yield Finding(name, ok=False, text=f"lost {', '.join(losses)}", advice=advice)
         else:
             yield Finding(name, ok=True, text=f"ready, process {pid} on {one.module.host}")
+
+
+def _unmet(seen: Sequence[Seen]) -> Iterator[Finding]:
+    offered = {name for one in seen for name in (one.module.name, *one.module.resources)}
+    for one in seen:
+        for resource in missing(one.module.requires, offered):
+            text = f"requires {resource!r}, which no module provides"
+            advice = f"start a module that provides {resource!r}"
+            yield Finding(one.module.name, ok=False, text=text, advice=advice)
 
 
 def _stuck(tasks: Sequence[TaskStatus]) -> Iterator[Finding]:

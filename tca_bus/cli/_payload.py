@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from tca_bus import InvalidMessageError
 from tca_bus._protocol import ProvidedMessage
-from tca_bus.cli._schema import schema_problems
+from tca_bus._schema import schema_problems
 
 JsonText = Annotated[str, Parameter(allow_leading_hyphen=True)]
 """The argument itself: JSON, or ``-`` for standard input."""
@@ -22,16 +22,25 @@ def parse_payload(name: str, text: str) -> dict[str, Any]:
     Raises:
         InvalidMessageError: it is no JSON (with line and column), or no object.
     """
-    source = sys.stdin.read() if text == "-" else text
-    try:
-        value = json.loads(source, parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as error:
-        raise InvalidMessageError(name, [f"no JSON: {_what_is_wrong(error, source)}"]) from None
+    value = parse_value(name, text)
     if not isinstance(value, dict):
-        shown = source.strip()[:60]
+        shown = json.dumps(value)[:60]
         problem = f'expected a JSON object such as {{"field": 1}}, got {shown!r}'
         raise InvalidMessageError(name, [problem])
     return value
+
+
+def parse_value(name: str, text: str) -> Any:
+    """Read any JSON value; ``-`` reads it from standard input.
+
+    Raises:
+        InvalidMessageError: it is no JSON (with line and column).
+    """
+    source = sys.stdin.read() if text == "-" else text
+    try:
+        return json.loads(source, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise InvalidMessageError(name, [f"no JSON: {_what_is_wrong(error, source)}"]) from None
 
 
 def check_payload(provided: ProvidedMessage | None, name: str, data: dict[str, Any]) -> None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from tca_bus import Router, configure_logging
 from tca_bus._central import Central
+from tca_bus._span_exporter import spans_from_environment
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags, bus_options
 
 
@@ -30,6 +31,9 @@ async def central(
 ) -> None:
     """Run central, which keeps the task tree and its journal.
 
+    With OpenTelemetry's variables set, OTEL_TRACES_EXPORTER or OTEL_EXPORTER_OTLP_ENDPOINT,
+    it exports a span for each task; that needs the extra 'otel'.
+
     Parameters
     ----------
     data
@@ -37,5 +41,8 @@ async def central(
         without it the journal is in memory and ends with the process.
     """
     configure_logging("central", level=flags.level, json=flags.json)
-    async with Central(bus_options(flags), data=data) as running:
-        await running.serve_forever()
+    options = bus_options(flags)
+    with spans_from_environment(options.realm) as spans:
+        on_end = spans.export if spans else lambda _: None
+        async with Central(options, data=data, on_end=on_end) as running:
+            await running.serve_forever()

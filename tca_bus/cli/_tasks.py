@@ -136,7 +136,6 @@ async def _send(
             name,
             data,
             task_class=kind,
-            revision=known.revision if known else 1,
             id=task.id,
             priority=task.priority,
             wait_for_handler=task.wait_for_handler,

@@ -3,38 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from tca_bus import Module, TaskStatus
+from tca_bus import TaskStatus
 from tca_bus._protocol import ListTasks
 from tca_bus.cli._client import ask_central, joined
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, note, stdout_is_terminal
-
-CLEAR = "\x1b[H\x1b[2J"
-"""Moves a terminal to its top and clears it."""
-
-_MARKS = {
-    "inactive": "·",
-    "pending": "○",
-    "active": "●",
-    "handled": "◐",
-    "planned": "◑",
-    "achieved": "✓",
-    "failed": "✗",
-    "killed": "⊘",
-}
+from tca_bus.cli._tree_rows import tree_lines
 
 
 async def tree(
     id: str | None = None,
     /,
     *,
-    watch: Annotated[bool, Parameter(negative="")] = False,
+    watch: Annotated[bool, Parameter(name=["--watch", "-w"], negative="")] = False,
     alive: Annotated[bool, Parameter(negative="")] = False,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -48,22 +34,22 @@ async def tree(
     id
         Only this task and what is below it, also when it ended long ago.
     watch
-        Show it again with each change, until interrupted.
+        Show it live until q or Ctrl-C; long runs of siblings are folded into a count, f
+        unfolds them. Where standard output is no terminal, print a line for each change.
     alive
         Leave out top-level tasks that have ended.
     """
     async with joined(flags) as module:
-        if watch and flags.json:
-            await _stream(module, id)
-        elif watch:
-            await _redraw(module, id, alive=alive)
+        if watch:
+            from tca_bus.cli import _tree_watch  # noqa: PLC0415 - others do not pay for rich
+
+            if flags.json or not stdout_is_terminal():
+                await _tree_watch.stream(module, id, json=flags.json)
+            else:
+                await _tree_watch.watch(module, id, alive=alive)
         else:
-            _show(await _read(module, id, alive=alive), flags)
-
-
-async def _read(module: Module, id: str | None, *, alive: bool) -> list[TaskStatus]:
-
-    return await ask_central(module, ListTasks(id=id, ended=not alive))
+            statuses = await ask_central(module, ListTasks(id=id, ended=not alive))
+            _show(statuses, flags)
 
 
 def _show(statuses: Sequence[TaskStatus], flags: BusFlags) -> None:
@@ -74,54 +60,3 @@ def _show(statuses: Sequence[TaskStatus], flags: BusFlags) -> None:
     else:
         for line in tree_lines(statuses, time.time()):
             emit(line)
-
-
-async def _redraw(module: Module, id: str | None, *, alive: bool) -> None:
-    async with module.watch_statuses() as changes:
-        while True:
-            statuses = await _read(module, id, alive=alive)
-            lines = list(tree_lines(statuses, time.time())) or ["no task is under way"]
-            emit((CLEAR if stdout_is_terminal() else "") + "\n".join(lines))
-            await anext(changes)
-
-
-async def _stream(module: Module, id: str | None) -> None:
-    async with module.watch_statuses() as changes:
-        wanted = set[str]()
-        for status in await _read(module, id, alive=True):
-            wanted.add(status.id)
-            emit_json(status, line=True)
-        async for status in changes:
-            if id is None or status.id in wanted or status.parent in wanted:
-                wanted.add(status.id)
-                emit_json(status, line=True)
-
-
-def tree_lines(statuses: Sequence[TaskStatus], now: float) -> Iterator[str]:
-    """Draw nodes as a tree, one line each; ``now`` is in seconds since the epoch."""
-    below: dict[str | None, list[TaskStatus]] = defaultdict(list)
-    shown = {status.id for status in statuses}
-    for status in statuses:
-        below[status.parent if status.parent in shown else None].append(status)
-    stack = [(status, "", "") for status in reversed(below[None])]
-    while stack:
-        status, lead, rest = stack.pop()
-        yield lead + _line(status, now)
-        children = below[status.id]
-        for number, child in enumerate(reversed(children)):
-            corner, bar = ("└─ ", "   ") if number == 0 else ("├─ ", "│  ")
-            stack.append((child, rest + corner, rest + bar))
-
-
-def _line(status: TaskStatus, now: float) -> str:
-    seconds = (status.ended or now) - status.created
-    parts = [f"{_MARKS[status.state]} {status.name} {status.id}  {status.state}"]
-    parts.append(f"{seconds:.1f} s")
-    if status.handler:
-        parts.append(status.handler + (f" (try {status.attempt})" if status.attempt > 1 else ""))
-    if status.waiting_for:
-        parts.append(f"waits for {status.waiting_for}")
-    if status.failure:
-        killed = status.state == "killed"
-        parts.append(status.failure.text if killed else status.failure.sentence())
-    return "  ".join(parts)

@@ -10,6 +10,7 @@ from typing import Protocol
 from tca_bus._errors import BusGoneError
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
+from tca_bus._presence import Stage
 from tca_bus.launcher._errors import PortInUseError
 
 _PAUSE = 0.05
@@ -73,6 +74,8 @@ class RouterListening:
 class ModulePresent:
     """Ready when a module's presence token is on the bus, put there by the process itself.
 
+    A module that holds back what is sent to it is ready when it says so.
+
     Tokens of other processes do not count: neither that of a predecessor which the router has
     not yet missed, nor that of a namesake elsewhere. So the process must be the module, not a
     program that starts it.
@@ -98,5 +101,6 @@ class ModulePresent:
         async with watcher, watcher.watch_modules() as changes:
             async for change in changes:
                 module = change.module
-                if change.appeared and (module.name, module.pid) == (self._module, pid):
+                is_there = change.appeared and (module.name, module.pid) == (self._module, pid)
+                if is_there and module.stage in {Stage.UNSAID, Stage.READY}:
                     return

@@ -1,12 +1,13 @@
-"""Which submissions become nodes."""
+"""Which requests become events of the tree."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from tca_bus._attachments import BLOCKING, OF_TASKS, Attachment, Tap
 from tca_bus._errors import RefusedError
-from tca_bus._protocol import Constraint, Handling, SubmitTask
-from tca_bus.tasktree._constraints import check_cycle, check_flags
+from tca_bus._protocol import CENTRAL, Constraint, Handling, SubmitTask
+from tca_bus.tasktree._constraints import check_cycle, check_flags, check_order
 from tca_bus.tasktree._machine import Machine
 from tca_bus.tasktree._node import Node
 
@@ -21,14 +22,36 @@ def check_submission(task: SubmitTask, machine: Machine) -> None:
         RefusedError: It says why.
     """
     existing = machine.nodes.get(task.id)
-    if existing is not None:
+    if existing is not None and not existing.prepared:
         check_same(task, existing.task.name, existing.task.data)
         return
+    if existing is not None:
+        _check_place(task, existing)
     if task.id == ROOT:
         raise RefusedError(f"task {ROOT!r}", "that id stands for what is above all tasks")
     check_flags(task.id, Constraint(task.constraints))
-    if task.parent is not None:
-        _check_parent(task, task.parent, machine)
+    if task.parent is not None and task.sender != CENTRAL:
+        check_parent(task.id, task.parent, machine)
+        parent = machine.nodes[task.parent]
+        new = Node(task, 0.0, parent.root)
+        check_cycle(new, [parent, *machine.ancestors(parent)])
+
+
+def check_orders(task: SubmitTask, machine: Machine) -> None:
+    """Refuse constraints that come with a task that is not in the tree yet.
+
+    Raises:
+        RefusedError: One names neither the task nor one in the tree, or cannot be kept.
+    """
+    for order in task.orders:
+        named = {ref.task for ref in (order.first, order.then) if ref is not None}
+        missing = sorted(id for id in named - {task.id} if id not in machine.nodes)
+        if missing:
+            why = f"task {missing[0]} is not in the tree"
+            raise RefusedError(f"the constraint {order}", why)
+        if task.id not in named:
+            why = f"it comes with task {task.id} and does not name it"
+            raise RefusedError(f"the constraint {order}", why)
 
 
 def check_same(task: SubmitTask, name: str, data: dict[str, Any]) -> None:
@@ -46,11 +69,58 @@ def check_same(task: SubmitTask, name: str, data: dict[str, Any]) -> None:
         raise RefusedError(f"task {task.id}", why)
 
 
-def _check_parent(task: SubmitTask, parent_id: str, machine: Machine) -> None:
+def check_parent(id: str, parent_id: str, machine: Machine) -> None:
+    """Refuse a child of a node that takes none.
+
+    Raises:
+        RefusedError: The parent is not in the tree, has ended, or is not being handled.
+    """
     parent = machine.nodes.get(parent_id)
     if parent is None or parent.has_ended:
         gone = "is not in the task tree" if parent is None else f"is {parent.state()} already"
-        raise RefusedError(f"task {task.id}", f"its parent {parent_id} {gone}")
+        raise RefusedError(f"task {id}", f"its parent {parent_id} {gone}")
     if parent.is_alive and parent.handling is Handling.UNHANDLED:
-        raise RefusedError(f"task {task.id}", f"its parent {parent_id} is not being handled")
-    check_cycle(Node(task, 0.0), [parent, *machine.ancestors(parent)])
+        raise RefusedError(f"task {id}", f"its parent {parent_id} is not being handled")
+
+
+def check_attachment(what: Attachment) -> None:
+    """Refuse a tap that can never do what it says.
+
+    Raises:
+        RefusedError: A blocking tap whose listener cannot be waited for, or a condition that
+            tasks do not have.
+    """
+    if not isinstance(what, Tap):
+        return
+    one_way = what.listener.task_class in {"inform", "broadcast"}
+    if what.condition in BLOCKING and one_way and what.condition != "WhenKilled":
+        why = f"{what.condition} waits for its listener, so that must be a goal or a command"
+        raise RefusedError(f"the tap {what.id}", why)
+    if what.condition not in OF_TASKS and not one_way:
+        why = f"{what.condition} is about queries; its listener is an inform or a broadcast"
+        raise RefusedError(f"the tap {what.id}", why)
+
+
+def _check_place(task: SubmitTask, place: Node) -> None:
+    """Refuse a task that is not the one for which the place was made."""
+    prepared = place.task
+    facts = ("name", "task_class", "sender", "parent")
+    wrong = [fact for fact in facts if getattr(task, fact) != getattr(prepared, fact)]
+    if wrong:
+        fact = wrong[0]
+        why = (
+            f"its place was prepared with {fact} {getattr(prepared, fact)!r}, "
+            f"not {getattr(task, fact)!r}"
+        )
+        raise RefusedError(f"task {task.id}", why)
+
+
+__all__ = [
+    "ROOT",
+    "check_attachment",
+    "check_order",
+    "check_orders",
+    "check_parent",
+    "check_same",
+    "check_submission",
+]

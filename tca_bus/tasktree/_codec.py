@@ -2,33 +2,15 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 from pydantic import TypeAdapter
 from pydantic_core import to_json
 
-from tca_bus.tasktree._events import (
-    Dispatched,
-    HandlerLost,
-    HandlerMissing,
-    KillRequested,
-    RecordedEvent,
-    Released,
-    Reported,
-    Submitted,
-    Taken,
-)
+from tca_bus.tasktree._events import RecordedEvent
 
 _KINDS: dict[str, TypeAdapter[RecordedEvent]] = {
-    kind.__name__: TypeAdapter(kind)
-    for kind in (
-        Submitted,
-        Released,
-        Dispatched,
-        Taken,
-        Reported,
-        KillRequested,
-        HandlerLost,
-        HandlerMissing,
-    )
+    kind.__name__: TypeAdapter(kind) for kind in get_args(RecordedEvent)
 }
 
 

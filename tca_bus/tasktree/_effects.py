@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tca_bus._attachments import Sending
 from tca_bus._protocol import TaskStatus
 from tca_bus.tasktree._events import RecordedEvent
 
@@ -29,13 +30,17 @@ class Dispatch:
 
 @dataclass(frozen=True, slots=True)
 class Cancel:
-    """Tell the module to stop its handler; the node ends when the handler has reported."""
+    """Tell the module to stop its handler; the node ends when the handler has reported.
+
+    Come back with `Abandoned` if it has not reported within ``grace`` wall seconds.
+    """
 
     id: str
     attempt: int
     module: str
     incarnation: str
     reason: str
+    grace: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +60,39 @@ class WaitForHandler:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
-    """A top-level task ended and its nodes were freed; these are their last statuses."""
+class SetAlarm:
+    """Come back with `Alarmed` at the time ``when`` of central's clock, if it is still wanted.
+
+    A ``passive`` alarm does not make simulated time move in lockstep: a deadline, not a delay.
+    """
+
+    id: str
+    key: str
+    when: float
+    passive: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Tell:
+    """Send an inform or broadcast, once."""
+
+    sending: Sending
+
+
+@dataclass(frozen=True, slots=True)
+class Freed:
+    """A node ended and was freed; the history keeps its last status."""
 
     root: str
-    statuses: tuple[TaskStatus, ...]
+    status: TaskStatus
 
 
-Effect = Record | Dispatch | Cancel | Publish | WaitForHandler | Ended
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A top-level task ended, or an attachment to a message: its records are history."""
+
+    root: str
+    time: float
+
+
+Effect = Record | Dispatch | Cancel | Publish | WaitForHandler | SetAlarm | Tell | Freed | Ended

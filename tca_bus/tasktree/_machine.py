@@ -1,342 +1,431 @@
-"""The transitions of the nodes: points that pass, nodes that end, and what follows from it."""
+"""The transitions of the nodes: what each event does, until nothing more follows."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator
-
+from tca_bus._attachments import Catch, CleanUp, Tap, TapCondition
 from tca_bus._failure import Failure
-from tca_bus._protocol import Existence, Handling, Outcome, TaskState
-from tca_bus.tasktree._constraints import Edge, edges, sibling_edges
-from tca_bus.tasktree._effects import Cancel
+from tca_bus._monitor_spec import Condition, MonitorReport
+from tca_bus._orders import Point
+from tca_bus._protocol import Handling, Outcome, SubmitTask
+from tca_bus.tasktree._constraints import own_edges, parent_edges, sibling_edges
+from tca_bus.tasktree._endings import failure
 from tca_bus.tasktree._events import (
+    Abandoned,
+    Alarmed,
+    Attached,
+    CaughtFailure,
+    Constrained,
+    Detached,
     Dispatched,
     HandlerLost,
     HandlerMissing,
+    NodeEvent,
+    Origin,
+    Prepared,
+    Prioritized,
     Released,
     Reported,
+    Resumed,
+    Retried,
+    Role,
     Submitted,
+    Suspended,
     Taken,
+    Triggered,
+    UncaughtFailure,
 )
-from tca_bus.tasktree._node import Node
-from tca_bus.tasktree._points import Point, PointOf
-from tca_bus.tasktree._pools import Pools
+from tca_bus.tasktree._node import DEADLINE, Node, Source, Watch
+from tca_bus.tasktree._recovery import Failing
+
+STARTS = (Point.START_PLANNING, Point.START_ACHIEVING, Point.START_HANDLING)
 
 
-class Machine:
-    """The nodes and their transitions.
+class Machine(Failing):
+    """The nodes and their transitions. Each public method is one event on one node."""
 
-    Each public method is one event on one node; it runs until nothing more follows. ``touched``
-    collects the nodes that changed, ``cancels`` the handlers to stop, ``crossings`` what follows
-    for other top-level tasks, ``ended_roots`` the top-level tasks that ended.
-    """
-
-    def __init__(self, pools: Pools) -> None:
-        self.nodes: dict[str, Node] = {}
-        self.pools = pools
-        self.touched: dict[str, None] = {}
-        self.cancels: list[Cancel] = []
-        self.crossings: list[Released] = []
-        self.ended_roots: list[str] = []
-        self._agenda: deque[Callable[[], None]] = deque()
-        self._now = 0.0
+    def prepare(self, event: Prepared) -> None:
+        """Make a place for a node that is sent later."""
+        task = SubmitTask(
+            id=event.id,
+            name=event.name,
+            task_class=event.task_class,
+            data={},
+            sender=event.sender,
+            parent=event.parent,
+        )
+        node = self._place(event.time, task, Origin(), event.taps)
+        node.prepared = True
+        self._settle()
 
     def add(self, event: Submitted) -> None:
-        """Make a node below its parent, after its previous sibling."""
-        node = Node(event.task, event.time)
-        self.nodes[node.id] = node
-        self._begin(event.time, node)
-        if not node.is_goal:
-            node.passed |= {Point.START_PLANNING, Point.END_PLANNING}
-        node.open = {point: {} for point in Point}
-        parent = self._parent(node)
-        if parent is not None:
-            parent.children.append(node.id)
-            parent.alive[node.id] = None
-        for edge in edges(node, parent):
-            self._connect(edge)
+        """Make a node below its parent, after its previous sibling, or fill its place."""
+        node = self.nodes.get(event.id)
+        if node is None:
+            node = self._place(event.time, event.task, event.origin, event.taps)
+        else:
+            self._fill(event, node)
         for edge in sibling_edges(node, event.previous or ""):
             if edge[0][1] in event.waits:
-                self._connect(edge)
-        for point in (Point.START_PLANNING, Point.START_ACHIEVING, Point.START_HANDLING):
-            self._later(self._try_point, node, point)
-        if parent is not None and not parent.is_alive:
-            self._later(self._kill, node, "its parent was killed")
+                self._connect(*edge)
+        for order in event.task.orders:
+            self.constrain(order)
+        self._begin_alive(node)
         self._settle()
 
-    def follow(self, event: Released | Taken | Reported | HandlerLost | HandlerMissing) -> None:
+    def follow(self, event: NodeEvent) -> None:
         """Let happen what an event says of a node that is there."""
-        match event:
-            case Released():
-                self._let_go(event)
-            case Taken():
-                self._take(event)
-            case Reported():
-                self._report(event)
-            case HandlerLost():
-                self._lose(event)
-            case HandlerMissing():
-                self._miss(event)
-
-    def _let_go(self, event: Released) -> None:
-        """A point of the top-level task before it has passed."""
         node = self.nodes[event.id]
         self._begin(event.time, node)
-        for target_point in node.open:
-            self._later(self._released, (node.id, target_point), (event.previous, event.point))
+        match event:
+            case Constrained():
+                self.constrain(event.order)
+                self._look_again(node)
+            case Released():
+                self._let_go(node, event)
+            case Dispatched():
+                self._dispatched(node, event)
+            case Taken():
+                node.taken, node.started = True, event.time
+            case Reported():
+                self._report(node, event)
+            case _:
+                self._interrupt(node, event)
         self._settle()
 
-    def dispatched(self, event: Dispatched) -> None:
-        """The node was given to a module: handling begins."""
-        node = self.nodes[event.id]
+    def _interrupt(self, node: Node, event: NodeEvent) -> None:
+        match event:
+            case HandlerLost():
+                self._lose(node, event)
+            case HandlerMissing():
+                self._fail(node, _missing(node))
+            case Abandoned():
+                self._abandon(node)
+            case Alarmed():
+                self._alarm(node, event.key)
+            case Triggered():
+                self._trigger(node, event)
+            case CaughtFailure():
+                self._caught(node, event)
+            case UncaughtFailure():
+                self._give_up(node)
+            case _:
+                self._change(node, event)
+
+    def _change(self, node: Node, event: NodeEvent) -> None:
+        match event:
+            case Suspended():
+                self._suspend(node)
+            case Resumed():
+                self._resume(node)
+            case Prioritized():
+                self._prioritize(node, event.priority)
+            case Retried():
+                self._restart(node, is_retry=True)
+            case Attached():
+                self.attach(node, event.what)
+                self._look_again(node)
+            case Detached():
+                self._detach(node, event.attachment)
+            case _:
+                raise TypeError(f"{type(event).__name__} is no change of a node")
+
+    def is_suspended(self, node: Node) -> bool:
+        """Whether the node or one above it is suspended; a clean-up is not by those above."""
+        for each in [node, *self.ancestors(node)]:
+            if each.suspended:
+                return True
+            if each.role is Role.CLEAN_UP:
+                return False
+        return False
+
+    def attach(self, node: Node, what: Tap | Catch | CleanUp) -> None:
+        """Attach something to a node; of one id there is one."""
+        match what:
+            case Tap():
+                node.taps[what.id] = what
+            case Catch():
+                node.catches[what.id] = what
+            case CleanUp():
+                node.clean_ups[what.id] = what
+
+    def _place(self, time: float, task: SubmitTask, origin: Origin, taps: tuple[Tap, ...]) -> Node:
+        parent = self.nodes[task.parent] if task.parent is not None else None
+        node = Node(task, time, parent.root if parent else task.id, origin)
+        self.nodes[node.id] = node
+        self._begin(time, node)
+        node.open = {point: {} for point in Point}
+        node.taps = {tap.id: tap for tap in taps}
+        node.priority = task.priority
+        if not node.is_goal:
+            node.passed = dict.fromkeys((Point.START_PLANNING, Point.END_PLANNING), time)
+        if parent is not None:
+            self._adopt(parent, node)
+        for edge in own_edges(node):
+            self._connect(*edge)
+        return node
+
+    def _adopt(self, parent: Node, node: Node) -> None:
+        parent.children[node.id] = None
+        parent.alive[node.id] = None
+        if node.is_interval_monitor:
+            parent.monitors[node.id] = None
+        elif node.role is Role.STEP:
+            parent.last_step = node.id
+        for edge in parent_edges(node, parent):
+            self._connect(*edge)
+        if not parent.is_alive and node.role is not Role.CLEAN_UP:
+            self._later(self._kill, node, "its parent was killed")
+
+    def _fill(self, event: Submitted, node: Node) -> None:
+        """The task of a prepared node has come."""
         self._begin(event.time, node)
+        node.task, node.prepared = event.task, False
+        node.priority = event.task.priority
+        for edge in own_edges(node):
+            self._connect(*edge)
+
+    def _begin_alive(self, node: Node) -> None:
+        task = node.task
+        for what in task.attachments:
+            self.attach(node, what)
+        if task.monitor is not None:
+            node.watch = Watch()
+            if task.monitor.until is not None:
+                until = task.monitor.until
+                self._connect((until.task, until.point), (node.id, Point.EXPIRY))
+        if task.within is not None:
+            self._set_alarm(node, DEADLINE, self.now + task.within)
+        self._fire(node, TapCondition.WHEN_SENT)
+        for point in STARTS:
+            self._later(self._try_point, node, point)
+
+    def _may_pass(self, node: Node, point: Point) -> bool:
+        match point:
+            case Point.START_HANDLING | Point.END_HANDLING:
+                return node.answered
+            case Point.START_RECOVERY:
+                return node.failing
+            case Point.END_ACHIEVING:
+                return not node.failing and not node.restarting
+            case Point.EXPIRY:
+                return node.task.monitor is not None and node.task.monitor.until is not None
+            case _:
+                return True
+
+    def _has_passed(self, node: Node, point: Point) -> None:
+        self._fire_followers(node, point)
+        match point:
+            case Point.START_RECOVERY:
+                self._seek(node)
+            case Point.EXPIRY:
+                self._expire(node)
+            case Point.START_HANDLING if node.answered:
+                self._later(self._try_point, node, Point.END_HANDLING)
+
+    def _try_point(self, node: Node, point: Point) -> None:
+        if point is Point.END_ACHIEVING:
+            self._expire_last(node)
+        super()._try_point(node, point)
+
+    def _try_ready(self, node: Node) -> None:
+        if not node.is_ready or self.is_suspended(node):
+            return
+        if self._is_gated(node, Point.START_HANDLING):
+            return
+        self.touched[node.id] = None
+        top = self.nodes[node.root]
+        below = node.priority if node is not top else 0
+        self.pools.wait(node.id, node.task.name, (top.priority, below), only=node.only)
+
+    def _let_go(self, node: Node, event: Released) -> None:
+        """A point of another top-level task has passed."""
+        source = Source(event.previous, event.point, event.delay)
+        for point in list(node.open):
+            self._later(self._released, (node.id, point), source)
+
+    def _dispatched(self, node: Node, event: Dispatched) -> None:
+        """The node was given to a module: handling begins."""
         self.pools.occupy(node.id, node.task.name, event.module, event.incarnation)
         node.attempt, node.handler, node.incarnation = (
             event.attempt,
             event.module,
             event.incarnation,
         )
-        node.handling, node.taken = Handling.HANDLING, False
+        node.handling, node.taken, node.only = Handling.HANDLING, False, None
+        if node.watch is not None:
+            node.watch.told = 0
         self._pass(node, Point.START_HANDLING)
-        self._settle()
 
-    def _take(self, event: Taken) -> None:
-        """The module works on it."""
-        node = self.nodes[event.id]
-        self._begin(event.time, node)
-        node.taken, node.started = True, event.time
-
-    def _report(self, event: Reported) -> None:
+    def _report(self, node: Node, event: Reported) -> None:
         """The handler has ended, in one of three ways."""
-        node = self.nodes[event.id]
-        self._begin(event.time, node)
         self._leave_handler(node)
-        if not node.is_alive:
-            self._later(self._try_end, node)
-        elif event.outcome is Outcome.SUCCESS:
+        if self._had_to_stop(node):
+            return
+        if event.outcome is Outcome.SUCCESS:
             self._succeed(node, event)
         elif event.outcome is Outcome.FAILURE:
             self._fail(node, _own_failure(node, event.failure))
-        elif node.task.on_module_lost == "resend":
-            self._restart(node)
+        elif node.task.on_module_lost != "fail":
+            self._restart_elsewhere(node)
         else:
             self._kill(node, "its handler was cancelled by its module")
-        self._settle()
 
-    def _lose(self, event: HandlerLost) -> None:
-        """The module that had the node is gone: it fails, or is handled again by the next."""
-        node = self.nodes[event.id]
-        self._begin(event.time, node)
-        self._leave_handler(node)
+    def _had_to_stop(self, node: Node) -> bool:
+        """Go on with why the handler was being stopped, if it was."""
         if not node.is_alive:
             self._later(self._try_end, node)
-        elif node.task.on_module_lost == "resend":
-            self._restart(node)
+        elif node.restarting:
+            self._later(self._try_again, node)
+        elif node.doomed is not None:
+            why, node.doomed = node.doomed, None
+            self._fail(node, why)
+        elif node.watch is not None and node.watch.expired:
+            self._answer(node)
         else:
+            return False
+        return True
+
+    def _lose(self, node: Node, event: HandlerLost) -> None:
+        """The module that had the node is gone."""
+        self._leave_handler(node)
+        if self._had_to_stop(node):
+            return
+        if node.task.on_module_lost == "fail":
             text = f"module {event.module!r} was lost while it handled {node.task.name!r}"
-            self._fail(node, _failure(node, "module_lost", text, module=event.module))
-        self._settle()
-
-    def _miss(self, event: HandlerMissing) -> None:
-        """Nobody came to handle the node."""
-        node = self.nodes[event.id]
-        self._begin(event.time, node)
-        text = f"no module came to handle {node.task.name!r}"
-        self._fail(node, _failure(node, "no_handler", text))
-        self._settle()
-
-    def kill(self, time: float, node: Node, reason: str, *, only_below: bool) -> None:
-        """Kill the node and all below it, or only what is below it."""
-        self._begin(time, node)
-        if only_below:
-            self._kill_below(node, reason)
+            self._fail(node, failure(node, "module_lost", text, module=event.module))
         else:
-            self._kill(node, reason)
-        self._settle()
+            self._restart_elsewhere(node)
 
-    def below(self, id: str) -> Iterator[Node]:
-        """The node and all below it, parents first."""
-        stack = [id]
-        while stack:
-            node = self.nodes[stack.pop()]
-            yield node
-            stack.extend(reversed(node.children))
+    def _restart_elsewhere(self, node: Node) -> None:
+        """Handle it again: by the next provider, or held until the same module is back."""
+        node.only = node.handler if node.task.on_module_lost == "hold" else None
+        self._restart(node)
 
-    def ancestors(self, node: Node) -> Iterator[Node]:
-        """The nodes above a node, the nearest first."""
-        above = self._parent(node)
-        while above is not None:
-            yield above
-            above = self._parent(above)
-
-    def _parent(self, node: Node) -> Node | None:
-        return self.nodes[node.task.parent] if node.task.parent is not None else None
-
-    def _begin(self, time: float, node: Node) -> None:
-        self._now = time
-        self.touched[node.id] = None
-
-    def _later(self, step: Callable[..., None], *arguments: object) -> None:
-        self._agenda.append(lambda: step(*arguments))
-
-    def _settle(self) -> None:
-        while self._agenda:
-            self._agenda.popleft()()
-
-    def _connect(self, edge: Edge) -> None:
-        (source_id, source_point), (target_id, target_point) = edge
-        source, target = self.nodes.get(source_id), self.nodes[target_id]
-        if target_point in target.passed:
-            return
-        # A previous sibling that is gone since the record was made is let go by a record too.
-        if source is not None:
-            if source_point in source.passed or source.has_ended:
-                return
-            source.waiters.setdefault(source_point, []).append(edge[1])
-        target.open[target_point][edge[0]] = None
-
-    def _try_point(self, node: Node, point: Point) -> None:
-        if node.open[point] or point in node.passed or not node.is_alive:
-            return
-        if point is Point.START_HANDLING:
-            self._try_ready(node)
-        elif point is not Point.END_HANDLING:
-            self._pass(node, point)
-
-    def _pass(self, node: Node, point: Point) -> None:
-        """Mark a point as passed and signal those that wait for it."""
-        node.passed.add(point)
-        self.touched[node.id] = None
-        self._signal(node, point)
-        if point is Point.END_ACHIEVING:
-            node.fate = TaskState.ACHIEVED
-            self._end(node)
-
-    def _signal(self, node: Node, point: Point) -> None:
-        for target_id, target_point in node.waiters.pop(point, ()):
-            if self._is_other_root(node, target_id):
-                self.crossings.append(Released(self._now, target_id, node.id, point))
-            else:
-                self._later(self._released, (target_id, target_point), (node.id, point))
-
-    def _is_other_root(self, node: Node, target_id: str) -> bool:
-        target = self.nodes.get(target_id)
-        is_root = target is not None and target.task.parent is None
-        return is_root and node.task.parent is None and target_id != node.id
-
-    def _released(self, target: PointOf, source: PointOf) -> None:
-        node = self.nodes.get(target[0])
-        if node is not None:
-            node.open[target[1]].pop(source, None)
-            self._try_point(node, target[1])
-
-    def _try_ready(self, node: Node) -> None:
-        if node.is_ready:
-            self.touched[node.id] = None
-            self.pools.wait(node.id, node.task.name, node.task.priority)
+    def _abandon(self, node: Node) -> None:
+        """The handler did not stop in time: go on without it."""
+        node.handling = Handling.HANDLED
+        self._had_to_stop(node)
 
     def _leave_handler(self, node: Node) -> None:
         self.pools.release(node.id, node.task.name, node.incarnation or "")
         node.handling = Handling.HANDLED
 
     def _succeed(self, node: Node, event: Reported) -> None:
-        node.result = event.result
         seen = set(event.seen_failures)
         unseen = [(child, why) for child, why in node.failed.items() if child not in seen]
-        if unseen:
-            self._fail_by_child(node, *unseen[0])
-        else:
-            self._pass(node, Point.END_HANDLING)
-
-    def _restart(self, node: Node) -> None:
-        """Make the node ready for another try; what the lost try began below it is killed."""
-        node.handling, node.handler, node.incarnation = Handling.UNHANDLED, None, None
-        node.taken, node.started = False, None
-        node.restarting = True
         node.failed.clear()
-        self._kill_below(node, "its parent is handled again")
-        self._later(self._try_again, node)
-
-    def _try_again(self, node: Node) -> None:
-        if node.restarting and not node.alive:
-            node.restarting = False
-            self._try_ready(node)
-
-    def _fail_by_child(self, node: Node, child: str, cause: Failure) -> None:
-        text = f"{self.nodes[child].task.name} below it failed"
-        self._fail(node, _failure(node, "child_failed", text, cause=cause))
-
-    def _fail(self, node: Node, failure: Failure) -> None:
-        self._terminate(node, TaskState.FAILED, failure)
-        self._kill_below(node, "its parent failed")
-
-    def _kill(self, node: Node, reason: str) -> None:
-        if not node.is_alive:
-            return
-        self._terminate(node, TaskState.KILLED, _failure(node, "killed", reason))
-        self._kill_below(node, reason)
-        if node.handling is Handling.HANDLING:
-            stop = Cancel(node.id, node.attempt, node.handler or "", node.incarnation or "", reason)
-            self.cancels.append(stop)
-
-    def _kill_below(self, node: Node, reason: str) -> None:
-        for child in node.alive:
-            self._later(self._kill, self.nodes[child], reason)
-
-    def _terminate(self, node: Node, fate: TaskState, failure: Failure) -> None:
-        self.touched[node.id] = None
-        node.existence, node.fate, node.failure = Existence.TERMINATING, fate, failure
-        node.restarting = False
-        self.pools.forget(node.id)
-        self._later(self._try_end, node)
-
-    def _try_end(self, node: Node) -> None:
-        """End a terminating node once its handler and all below it have ended."""
-        busy = node.alive or node.handling is Handling.HANDLING
-        if node.existence is Existence.TERMINATING and not busy:
-            self._end(node)
-
-    def _end(self, node: Node) -> None:
-        """End a node; constraints that point at it are let go."""
-        node.existence, node.ended = Existence.TERMINATED, self._now
-        self.touched[node.id] = None
-        parent = self._parent(node)
-        if parent is None:
-            self.ended_roots.append(node.id)
+        if unseen:
+            node.result = event.result
+            self._fail_by_child(node, unseen[0][1].message or unseen[0][0], unseen[0][1])
+        elif node.role is Role.RECOVERY:
+            self._resolve(node, event)
         else:
-            parent.alive.pop(node.id)
-            self._tell_parent(parent, node)
-        for point in list(node.waiters):
-            self._signal(node, point)
+            node.result = event.result
+            if node.watch is not None and not node.is_interval_monitor:
+                self._test_once(node)
+            self._answer(node)
 
-    def _tell_parent(self, parent: Node, child: Node) -> None:
-        if not parent.is_alive:
-            self._later(self._try_end, parent)
-        elif parent.restarting:
-            self._later(self._try_again, parent)
-        elif child.fate is TaskState.FAILED and child.failure is not None:
-            if parent.handling is Handling.HANDLED:
-                self._fail_by_child(parent, child.id, child.failure)
-            else:
-                parent.failed[child.id] = child.failure
+    def _answer(self, node: Node) -> None:
+        """Take the node's handler for done, with success."""
+        node.answered = True
+        if node.watch is not None:
+            counts = MonitorReport(satisfied=node.watch.satisfied, fired=node.watch.fired)
+            node.result = counts.model_dump(mode="json")
+        if node.handling is Handling.UNHANDLED:
+            node.handling = Handling.HANDLED
+        for point in (Point.START_HANDLING, Point.END_HANDLING, Point.END_ACHIEVING):
+            self._later(self._try_point, node, point)
+
+    def _test_once(self, node: Node) -> None:
+        """What a point monitor's condition has said."""
+        told = Condition.model_validate(node.result or {"satisfied": False})
+        if told.satisfied and node.watch is not None:
+            node.watch.satisfied += 1
+            self._fire_action(node, told.data)
+
+    def _trigger(self, node: Node, event: Triggered) -> None:
+        """An interval monitor's condition is satisfied, or its demon fires."""
+        watch, monitor = node.watch, node.task.monitor
+        if watch is None or monitor is None:
+            return
+        watch.told = event.number
+        watch.satisfied += 1
+        if watch.satisfied % monitor.fire_every == 0:
+            self._fire_action(node, event.data)
+            if monitor.max_fire is not None and watch.fired >= monitor.max_fire:
+                self._expire(node)
+
+    def _fire_action(self, node: Node, data: dict[str, object]) -> None:
+        if node.watch is None or node.task.monitor is None:
+            return
+        node.watch.fired += 1
+        action = node.task.monitor.action
+        origin = Origin(Role.ACTION, node.id)
+        given = {**action.data, **{k: v for k, v in data.items() if k in action.data}}
+        self._spawn(node, action, origin, data=given)
+
+    def _alarm(self, node: Node, key: str) -> None:
+        node.alarms.pop(key, None)
+        if key == DEADLINE:
+            self._miss_deadline(node)
+            return
+        source = Source("", None, 0.0, key)
+        for point in list(node.open):
+            self._later(self._released, (node.id, point), source)
+
+    def _miss_deadline(self, node: Node) -> None:
+        text = f"{node.task.name!r} was not achieved within {node.task.within:g} s"
+        why = failure(node, "deadline_passed", text)
+        if node.handling is Handling.HANDLING:
+            node.doomed = why
+            self._stop(node, text)
+        else:
+            self._fail(node, why)
+
+    def _look_again(self, node: Node) -> None:
+        """What waits for its handler may have to wait for something else now."""
+        if node.handling is Handling.UNHANDLED:
+            self.pools.forget(node.id)
+            self._later(self._try_ready, node)
+
+    def _suspend(self, node: Node) -> None:
+        node.suspended = True
+        for each in self.below(node.id):
+            self.touched[each.id] = None
+            self.pools.forget(each.id)
+
+    def _resume(self, node: Node) -> None:
+        node.suspended = False
+        for each in self.below(node.id):
+            self.touched[each.id] = None
+            self._later(self._try_ready, each)
+
+    def _prioritize(self, node: Node, priority: int) -> None:
+        """Put what waits in order again: of a top-level task, all that is below it too."""
+        node.priority = priority
+        waiting = self.below(node.id) if node.id == node.root else [node]
+        for each in waiting:
+            self.pools.forget(each.id)
+            self._later(self._try_ready, each)
+
+    def _detach(self, node: Node, attachment: str) -> None:
+        node.catches.pop(attachment, None)
+        node.clean_ups.pop(attachment, None)
+        if node.taps.pop(attachment, None) is None:
+            return
+        for id in list(node.alive):
+            child = self.nodes.get(id)
+            if child is not None and child.origin.attachment == attachment:
+                self._later(self._kill, child, "its tap was removed")
 
 
-def _own_failure(node: Node, failure: Failure | None) -> Failure:
+def _own_failure(node: Node, told: Failure | None) -> Failure:
     """The failure as its handler reported it, with the facts that central knows."""
-    if failure is None:
-        return _failure(node, "failed", f"{node.task.name!r} failed and did not say why")
-    facts = {"node": failure.node or node.id, "message": failure.message or node.task.name}
-    return failure.model_copy(update={**facts, "module": failure.module or node.handler})
+    if told is None:
+        return failure(node, "failed", f"{node.task.name!r} failed and did not say why")
+    facts = {"node": told.node or node.id, "message": told.message or node.task.name}
+    return told.model_copy(update={**facts, "module": told.module or node.handler})
 
 
-def _failure(
-    node: Node, name: str, text: str, *, module: str | None = None, cause: Failure | None = None
-) -> Failure:
-    return Failure(
-        name=name,
-        text=text,
-        message=node.task.name,
-        node=node.id,
-        module=module or node.handler,
-        cause=cause,
-    )
+def _missing(node: Node) -> Failure:
+    return failure(node, "no_handler", f"no module came to handle {node.task.name!r}")

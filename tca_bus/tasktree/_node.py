@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
+from tca_bus._attachments import Catch, CleanUp, Resolution, Tap
 from tca_bus._failure import Failure
+from tca_bus._orders import Point
 from tca_bus._protocol import (
     Achievement,
     Existence,
@@ -15,39 +17,104 @@ from tca_bus._protocol import (
     TaskState,
     TaskStatus,
 )
-from tca_bus.tasktree._points import Point, PointOf
+from tca_bus.tasktree._events import Origin, Role
+
+PointOf = tuple[str, Point]
+"""A point of the node with this id."""
+
+DEADLINE = "deadline"
+"""The key of the alarm for a node's deadline."""
+
+
+class Source(NamedTuple):
+    """What a point waits for: a point of a node, perhaps ``delay`` seconds after it.
+
+    Without a node it is the alarm ``alarm`` of the waiting node itself.
+    """
+
+    id: str
+    point: Point | None
+    delay: float = 0.0
+    alarm: str = ""
+
+
+@dataclass(slots=True, eq=False)
+class Recovery:
+    """What is being done about the node's failure: by which handler, which had it before.
+
+    ``decision`` is what the handler decided; it takes effect when the handler's node has ended.
+    """
+
+    tried: set[str] = field(default_factory=set)
+    handler: str = ""
+    decision: Resolution | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Watch:
+    """The counts of a monitor: satisfied tests, in all and told by this attempt, and firings."""
+
+    satisfied: int = 0
+    told: int = 0
+    fired: int = 0
+    expired: bool = False
 
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """A goal or a command.
+    """A goal, a command, a monitor or an exception handler at work.
 
-    ``open`` holds for each point of this node the points that must pass before it, ``waiters``
-    the points of other nodes that wait for one of this node's. ``fate`` is what the node will
-    end as when all below it has ended; it is set from the moment the node terminates.
+    ``open`` holds for each point of this node what must pass before it, ``waiters`` the points of
+    other nodes that wait for one of this node's. ``twins`` are points that pass together with
+    one. ``fate`` is what the node will end as when all below it has ended; it is set from the
+    moment the node terminates. ``answered`` means that its handler has succeeded, ``failing``
+    that it has a failure that nobody has taken yet, ``doomed`` why its handler is being stopped,
+    ``rites`` that its clean-ups were sent.
     """
 
     task: SubmitTask
     created: float
+    root: str
+    origin: Origin = field(default_factory=Origin)
+    prepared: bool = False
     sequence: int = 0
     attempt: int = 0
+    retries: int = 0
+    priority: int = 0
     handler: str | None = None
     incarnation: str | None = None
     handling: Handling = Handling.UNHANDLED
     taken: bool = False
     restarting: bool = False
-    passed: set[Point] = field(default_factory=set)
-    open: dict[Point, dict[PointOf, None]] = field(default_factory=dict)
-    waiters: dict[Point, list[PointOf]] = field(default_factory=dict)
+    only: str | None = None
+    suspended: bool = False
+    answered: bool = False
+    failing: bool = False
+    doomed: Failure | None = None
+    passed: dict[Point, float] = field(default_factory=dict)
+    open: dict[Point, dict[Source, None]] = field(default_factory=dict)
+    waiters: dict[Point, list[tuple[PointOf, float]]] = field(default_factory=dict)
+    twins: dict[Point, list[PointOf]] = field(default_factory=dict)
+    alarms: dict[str, float] = field(default_factory=dict)
     existence: Existence = Existence.ALIVE
     fate: TaskState | None = None
     result: Any = None
     failure: Failure | None = None
     started: float | None = None
     ended: float | None = None
-    children: list[str] = field(default_factory=list)
+    children: dict[str, None] = field(default_factory=dict)
     alive: dict[str, None] = field(default_factory=dict)
+    monitors: dict[str, None] = field(default_factory=dict)
+    last_step: str | None = None
+    spawned: int = 0
     failed: dict[str, Failure] = field(default_factory=dict)
+    taps: dict[str, Tap] = field(default_factory=dict)
+    gated: set[str] = field(default_factory=set)
+    catches: dict[str, Catch] = field(default_factory=dict)
+    clean_ups: dict[str, CleanUp] = field(default_factory=dict)
+    recovery: Recovery | None = None
+    watch: Watch | None = None
+    rites: bool = False
 
     @property
     def id(self) -> str:
@@ -55,9 +122,19 @@ class Node:
         return self.task.id
 
     @property
+    def role(self) -> Role:
+        """Why it is where it is in the tree."""
+        return self.origin.role
+
+    @property
     def is_goal(self) -> bool:
-        """Whether it is a goal, else a command."""
-        return self.task.task_class == "goal"
+        """Whether it is handled when planning starts: a goal, or an exception handler."""
+        return self.task.task_class in {"goal", "exception"}
+
+    @property
+    def is_interval_monitor(self) -> bool:
+        """Whether it lasts until it expires, and so holds its parent no longer than that."""
+        return self.task.monitor is not None and self.task.monitor.kind != "point"
 
     @property
     def is_alive(self) -> bool:
@@ -76,18 +153,19 @@ class Node:
 
     @property
     def is_ready(self) -> bool:
-        """Whether its handler may be chosen now."""
+        """Whether its handler may be chosen now, unless it is suspended."""
         free = self.handling is Handling.UNHANDLED and not self.open[Point.START_HANDLING]
-        return self.is_alive and free and not self.restarting
+        blocked = self.restarting or self.failing or self.prepared
+        return self.is_alive and free and not blocked
 
     def ahead(self) -> tuple[Point, ...]:
         """The ends of its intervals that may still pass."""
         ends = (Point.END_PLANNING, Point.END_ACHIEVING)
         return () if self.has_ended else tuple(end for end in ends if end not in self.passed)
 
-    def waits_for(self, other: str, point: Point) -> bool:
-        """Whether any of its points waits for that of another node."""
-        return any((other, point) in points for points in self.open.values())
+    def waits_for(self, source: Source) -> bool:
+        """Whether any of its points waits for that."""
+        return any(source in sources for sources in self.open.values())
 
     def state(self) -> TaskState:
         """The one word for the node."""
@@ -98,7 +176,8 @@ class Node:
         if self.handling is Handling.HANDLED:
             planned = self.is_goal and Point.END_PLANNING in self.passed
             return TaskState.PLANNED if planned else TaskState.HANDLED
-        return TaskState.INACTIVE if self.open[Point.START_HANDLING] else TaskState.PENDING
+        held = self.open[Point.START_HANDLING] or self.prepared
+        return TaskState.INACTIVE if held else TaskState.PENDING
 
     def planning(self) -> Planning:
         """The second phase."""
@@ -114,7 +193,7 @@ class Node:
         started = Point.START_ACHIEVING in self.passed
         return Achievement.ACHIEVING if started else Achievement.UNACHIEVED
 
-    def status(self, waiting_for: str | None) -> TaskStatus:
+    def status(self, waiting_for: str | None, *, suspended: bool) -> TaskStatus:
         """The node as others see it."""
         return TaskStatus(
             id=self.id,
@@ -133,9 +212,12 @@ class Node:
             result=self.result,
             failure=self.failure,
             waiting_for=waiting_for,
-            priority=self.task.priority,
+            priority=self.priority,
+            suspended=suspended,
+            retries=self.retries,
             created=self.created,
             started=self.started,
             ended=self.ended,
             sequence=self.sequence,
+            traceparent=self.task.traceparent,
         )

@@ -35,10 +35,20 @@ class Assignment:
     incarnation: str
 
 
+Priority = tuple[int, int]
+"""Of the whole task, and of the message among those of the same task; higher goes first."""
+
+Key = tuple[int, int, int]
+"""Sorts what waits: both priorities, then the order of arrival."""
+
+Queue = tuple[str, str | None]
+"""A message name, and the module that must have it, if it cannot be another."""
+
+
 @dataclass(slots=True)
 class _Wait:
-    name: str
-    key: tuple[int, int]
+    queue: Queue
+    key: Key
 
 
 class Pools:
@@ -50,7 +60,7 @@ class Pools:
 
     def __init__(self) -> None:
         self._providers: dict[str, Provider] = {}
-        self._queues: dict[str, list[tuple[int, int, str]]] = {}
+        self._queues: dict[Queue, list[tuple[Key, str]]] = {}
         self._waiting: dict[str, _Wait] = {}
         self._missing: dict[str, int] = {}
         self._serial = 0
@@ -61,7 +71,7 @@ class Pools:
         provider = known or Provider(module, incarnation, capacities)
         provider.capacities, provider.present = dict(capacities), True
         self._providers[incarnation] = provider
-        for id in [id for id in self._missing if self._waiting[id].name in capacities]:
+        for id in [id for id in self._missing if self._has_provider(self._waiting[id].queue)]:
             del self._missing[id]
 
     def lose(self, incarnation: str) -> tuple[str, list[str]]:
@@ -84,11 +94,12 @@ class Pools:
         """The incarnations that have nodes or are present, with the names of their modules."""
         return {p.incarnation: p.module for p in self._providers.values()}
 
-    def wait(self, id: str, name: str, priority: int) -> None:
-        """Queue a node that is ready for its handler."""
+    def wait(self, id: str, name: str, priority: Priority, *, only: str | None = None) -> None:
+        """Queue a node that is ready for its handler, perhaps for one in module ``only``."""
         self._serial += 1
-        self._waiting[id] = _Wait(name, (-priority, self._serial))
-        heapq.heappush(self._queues.setdefault(name, []), (-priority, self._serial, id))
+        key = (-priority[0], -priority[1], self._serial)
+        self._waiting[id] = _Wait((name, only), key)
+        heapq.heappush(self._queues.setdefault((name, only), []), (key, id))
 
     def forget(self, id: str) -> None:
         """Take a node out of the queues."""
@@ -115,12 +126,13 @@ class Pools:
 
     def assign(self) -> Assignment | None:
         """Choose the next node that can be handled now, and its provider."""
-        for name in list(self._queues):
-            head = self._head(name)
+        for queue in list(self._queues):
+            head = self._head(queue)
             if head is None:
-                del self._queues[name]
+                del self._queues[queue]
                 continue
-            free = [p for p in self.provides(name) if p.is_free(name)]
+            name, only = queue
+            free = [p for p in self.provides(name) if p.is_free(name) and only in {None, p.module}]
             if free:
                 chosen = min(free, key=lambda provider: provider.load(name))
                 return Assignment(head, chosen.module, chosen.incarnation)
@@ -128,9 +140,8 @@ class Pools:
 
     def newly_missing(self) -> Iterator[tuple[str, int]]:
         """Waiting nodes for which nobody is there and that were not told of before."""
-        names = self.names()
         for id, wait in self._waiting.items():
-            if wait.name not in names and id not in self._missing:
+            if id not in self._missing and not self._has_provider(wait.queue):
                 self._serial += 1
                 self._missing[id] = self._serial
                 yield id, self._serial
@@ -143,12 +154,16 @@ class Pools:
         """Whether that wait of the node still lasts."""
         return self._missing.get(id) == number
 
-    def _head(self, name: str) -> str | None:
-        queue = self._queues[name]
-        while queue:
-            priority, serial, id = queue[0]
+    def _has_provider(self, queue: Queue) -> bool:
+        name, only = queue
+        return any(only in {None, provider.module} for provider in self.provides(name))
+
+    def _head(self, queue: Queue) -> str | None:
+        waiting = self._queues[queue]
+        while waiting:
+            key, id = waiting[0]
             wait = self._waiting.get(id)
-            if wait is not None and wait.key == (priority, serial):
+            if wait is not None and wait.key == key:
                 return id
-            heapq.heappop(queue)
+            heapq.heappop(waiting)
         return None

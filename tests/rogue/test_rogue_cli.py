@@ -98,7 +98,8 @@ async def test_a_request_is_posted_listed_and_shown(agent: Agent):
     [
         (("delivermail", "--user", "mitchel"), "there is no user 'mitchel'. Did you mean"),
         (("delivermail", "--user", "mitchell", "--from", "r-5330"), "no room 'r-5330'. Did you"),
-        (("delivermail", "--user", "mitchell", "--id", "a b"), "String should match pattern"),
+        (("delivermail", "--user", "mitchell", "--from", "attic"), "no room 'attic'. There are"),
+        (("delivermail", "--user", "mitchell", "--id", "a b"), "id: string should match pattern"),
     ],
 )
 async def test_what_is_wrong_is_said_in_one_line(agent: Agent, words, said):

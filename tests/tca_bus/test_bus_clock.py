@@ -7,8 +7,9 @@ import time
 
 import pytest
 
-from tca_bus import TimedOutError
+from tca_bus import InvalidMessageError, SimulatedTime, TimedOutError
 from tca_bus._clock import SimulatedClock, WallClock
+from tca_bus._wire import Payload, decode_message
 from tca_bus.testing import ManualClock, eventually
 
 
@@ -131,3 +132,45 @@ async def test_the_wall_clock_is_the_wall():
     with pytest.raises(TimeoutError):
         async with clock.timeout(0.01):
             await asyncio.Event().wait()
+
+
+class Dial:
+    """The time of day, as somebody sets it; counts how often it is looked at."""
+
+    def __init__(self, monkeypatch, at):
+        self.at = at
+        self.looks = 0
+        monkeypatch.setattr("tca_bus._clock.time", self)
+        monkeypatch.setattr("tca_bus._clock.LONGEST_NAP", 0.001)
+
+    def time(self):
+        self.looks += 1
+        return self.at
+
+
+async def test_a_clock_that_is_set_forward_wakes_those_whose_time_has_come(monkeypatch):
+    dial = Dial(monkeypatch, 1000.0)
+    waiting = asyncio.create_task(WallClock().sleep_until(90_000.0))
+    await eventually(lambda: dial.looks > 3)
+    assert not waiting.done()
+    dial.at = 90_000.0
+    await waiting
+
+
+async def test_a_clock_that_is_set_back_lets_nobody_go_early(monkeypatch):
+    dial = Dial(monkeypatch, 1000.0)
+    waiting = asyncio.create_task(WallClock().sleep_until(1000.001))
+    await eventually(lambda: dial.looks > 0)
+    dial.at = 500.0
+    before = dial.looks
+    await eventually(lambda: dial.looks > before + 5)
+    assert not waiting.done()
+    dial.at = 1000.001
+    await waiting
+
+
+@pytest.mark.parametrize("time", ["NaN", "Infinity", "-Infinity"])
+def test_a_simulated_time_that_is_no_number_is_invalid(time):
+    payload = Payload(f'{{"time": {time}, "speed": null}}'.encode(), "application/json")
+    with pytest.raises(InvalidMessageError, match="time: input should be a finite number"):
+        decode_message(payload, SimulatedTime)

@@ -205,6 +205,9 @@ async def test_a_request_that_comes_twice_is_handled_once(options, stranger):
             )
             assert [ok.payload.to_string() for ok, _ in answers] == ["1"]
         assert seen == [1]
+        other = f"{options.realm}/query/server/{server.incarnation}/nothing/x"
+        answers = await asyncio.to_thread(replies, stranger, other, b"{}", b'{"id": "same"}')
+        assert [error is not None for _, error in answers] == [True], "an id is not the message"
 
 
 async def test_a_loop_that_stands_still_loses_the_oldest_and_says_how_many(options, stranger):

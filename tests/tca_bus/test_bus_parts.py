@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import re
 import threading
 
 import pytest
@@ -20,10 +19,11 @@ from tca_bus import (
     Query,
     Router,
     near_matches,
+    near_or_all,
 )
 from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox
-from tca_bus._envelope import TRACEPARENT_PATTERN, handled, new_stamp, read_envelope
+from tca_bus._envelope import handled, new_envelope, new_stamp, read_envelope
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys, parse_query, parse_task
 from tca_bus._parts import _no_source
@@ -107,6 +107,14 @@ def test_a_message_name_is_one_chunk_of_a_key():
 
 def test_only_the_beginning_of_an_endless_name_is_looked_at():
     assert near_matches("a" * 100 + "b" * 10_000, ["a" * 100, "c"]) == ["a" * 100]
+
+
+def test_what_would_be_right_is_near_matches_or_else_what_there_is():
+    assert near_or_all("rom", ["room", "hall"]) == " Did you mean 'room'?"
+    assert near_or_all("zz", ["room", "hall"]) == " There are: hall, room."
+    many = [f"r-{number:02d}" for number in range(50)]
+    assert near_or_all("zz", many) == " There are 50, from 'r-00' to 'r-49'."
+    assert near_or_all("zz", []) == ""
 
 
 async def post_from_a_thread(box, items):
@@ -211,25 +219,34 @@ def test_a_handlers_card_has_schemas_and_summary():
 
 
 def test_the_trace_goes_on_from_the_handled_message():
-    first = read_envelope(new_stamp("01").attachment)
-    token = handled.set(first.model_copy(update={"task": "rogue-1"}))
+    first = new_envelope("01")
+    trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
+    token = handled.set(first.model_copy(update={"task": "rogue-1", "traceparent": trace}))
     try:
-        second, third = (read_envelope(new_stamp("02").attachment) for _ in range(2))
+        second = new_envelope("01")
     finally:
         handled.reset(token)
-    assert (second.sender, second.task) == ("02", "rogue-1")
-    assert len({first.id, second.id, third.id}) == 3
-    traces = [envelope.trace.split("-") for envelope in (first, second, third)]
-    assert len({trace[1] for trace in traces}) == 1
-    assert len({trace[2] for trace in traces}) == 3
+    assert second.task == "rogue-1"
+    assert second.id != first.id
+    assert first.traceparent is None
+    assert second.traceparent == trace
+    assert read_envelope(second.model_dump_json().encode()) == second
 
 
-def test_a_message_outside_of_all_traces_begins_the_same_one_for_all_who_receive_it():
-    stamp = new_stamp("01")
-    traces = [read_envelope(stamp.attachment).trace for _ in range(2)]
-    assert traces[0] == traces[1]
-    assert re.fullmatch(TRACEPARENT_PATTERN, traces[0])
-    assert read_envelope(new_stamp("01").attachment).trace != traces[0]
+def test_a_stamp_is_an_id_and_the_envelope_with_it():
+    first, second = new_stamp("01"), new_stamp("01")
+    assert first.id != second.id
+    envelope = read_envelope(first.attachment)
+    assert (envelope.id, envelope.sender) == (first.id, "01")
+    assert (envelope.task, envelope.traceparent) == (None, None)
+    trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
+    inside = envelope.model_copy(update={"task": 'a "task"', "traceparent": trace})
+    token = handled.set(inside)
+    try:
+        below = read_envelope(new_stamp("02").attachment)
+    finally:
+        handled.reset(token)
+    assert (below.sender, below.task, below.traceparent) == ("02", 'a "task"', trace)
 
 
 def test_an_attachment_that_is_none_is_invalid():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
@@ -90,6 +91,16 @@ def test_the_newest_incarnation_answers():
     assert not table.has_provider("navigateToG")
 
 
+def test_an_incarnation_of_a_clock_that_was_set_back_is_asked_after_the_grace_of_the_dead_one():
+    table = PresenceTable()
+    table.put(module(incarnation="09"))
+    table.delete(module(incarnation="09"), now=5.0)
+    table.put(module(incarnation="01"))
+    assert not table.has_provider("navigateToG")
+    table.expire(5.0 + VANISH_GRACE)
+    assert table.providers("navigateToG") == [module(incarnation="01")]
+
+
 def test_a_token_that_its_module_replaced_may_vanish():
     table = PresenceTable()
     table.put(module(provides=()))
@@ -111,6 +122,12 @@ def test_the_key_of_a_token_gives_the_module_back():
     keys = Keys("xavier")
     for entry in (module(), module(provides=()), module(provides=("a.b", "C_say"))):
         assert parse_presence(keys.presence(entry)) == entry
+
+
+@pytest.mark.parametrize("key", ["xavier/presence/x", "xavier/presence/a/01/h/zero/-", "x"])
+def test_a_token_of_another_shape_is_refused_by_its_key(key):
+    with pytest.raises(ValueError, match=f"'{key}' is no presence key: expected"):
+        parse_presence(key)
 
 
 class Tokens(RuleBasedStateMachine):

@@ -9,13 +9,13 @@ import pytest
 
 from tca_bus import ConfigError, Failure, TaskStatus
 from tca_bus._journal import Journal, JournalError, migrations
-from tca_bus._protocol import Outcome, SubmitTask
+from tca_bus._protocol import Outcome, ReadLog, SubmitTask
 from tca_bus.tasktree import (
     Ended,
     Event,
+    Freed,
     KillRequested,
     ProviderAppeared,
-    Publish,
     Record,
     Reported,
     Submitted,
@@ -35,7 +35,7 @@ class Keeper:
         effects = [effect for event in events for effect in self.tree.apply(event)]
         await self.journal.write(
             [effect for effect in effects if isinstance(effect, Record)],
-            [e.status for e in effects if isinstance(e, Publish) and e.status.is_ended],
+            [effect for effect in effects if isinstance(effect, Freed)],
             [effect for effect in effects if isinstance(effect, Ended)],
         )
 
@@ -114,20 +114,28 @@ async def test_the_log_is_read_forwards_backwards_and_by_task(path):
         failure = Failure(name="door_blocked", text="the door is closed")
         await keeper.happen(Reported(2.0, "a", 1, Outcome.FAILURE, failure=failure))
         await keeper.happen(KillRequested(3.0, "b", "enough"))
-        log = await journal.read_log(0, 100, None)
+        log = await journal.read_log(ReadLog(after=0, most=100))
         assert [(line.task, line.event) for line in log] == [
             ("a", "submitted"),
             ("a", "dispatched"),
             ("b", "submitted"),
             ("b", "dispatched"),
             ("a", "handler failed"),
+            ("a", "uncaught"),
             ("a", "failed"),
             ("b", "kill requested"),
         ]
-        assert "the door is closed (door_blocked)" in log[5].text
-        assert [line.number for line in await journal.read_log(-2, 100, None)] == [6, 7]
-        assert len(await journal.read_log(0, 3, None)) == 3
-        assert [line.number for line in await journal.read_log(4, 100, "a")] == [5, 6]
+        assert "the door is closed (door_blocked)" in log[6].text
+        assert await numbers(journal, after=-2) == [7, 8]
+        assert await numbers(journal, most=3) == [1, 2, 3]
+        assert await numbers(journal, after=4, task="a") == [5, 6, 7]
+        assert await numbers(journal, messages=("quick",)) == []
+        assert await numbers(journal, after=-1, messages=("drive",)) == [8]
+        assert await numbers(journal, ignore=("drive",)) == []
+
+
+async def numbers(journal, **question):
+    return [line.number for line in await journal.read_log(ReadLog(**question))]
 
 
 async def test_a_forgotten_kill_ends_and_its_task_may_still_come(path):
@@ -204,7 +212,7 @@ async def test_without_a_file_old_history_is_forgotten(monkeypatch):
         for number in range(100):
             await keeper.submit(f"n{number}")
             await keeper.end(f"n{number}")
-        log = await journal.read_log(0, 1000, None)
+        log = await journal.read_log(ReadLog(after=0, most=1000))
         assert len(log) < 60
         assert len(await journal.living_events()) == 2
         assert await journal.find("n0") is None

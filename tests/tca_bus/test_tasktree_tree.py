@@ -13,6 +13,7 @@ from tca_bus.tasktree import (
     Dispatch,
     Effect,
     Ended,
+    Freed,
     HandlerMissing,
     KillRequested,
     ProviderAppeared,
@@ -131,8 +132,9 @@ def test_a_goal_is_achieved_after_its_handler_and_all_below_it():
     effects = office.done("a2")
     assert office.last["A"].state is TaskState.ACHIEVED
     assert office.last["A"].result == {"to": "r-5303"}
+    assert [freed.status.id for freed in only(effects, Freed)] == ["a2", "A"]
     (ended,) = only(effects, Ended)
-    assert [status.id for status in ended.statuses] == ["A", "a1", "a2"]
+    assert ended.root == "A"
     assert len(office.tree) == 0
 
 
@@ -331,7 +333,7 @@ def test_a_node_of_a_lost_module_fails():
     effects = office.apply(ProviderLost, "r1")
     assert office.last["a1"].failure.name == "module_lost"
     assert office.state("A") is TaskState.FAILED
-    assert len(only(effects, Record)) == 2
+    assert len(only(effects, Record)) == 4
 
 
 def test_a_node_that_may_be_resent_goes_to_the_next_provider():

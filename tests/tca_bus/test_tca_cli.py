@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import pytest
 from central_robot import Arrive, Drive, robot
 
-from tca_bus import Module
+from tca_bus import Module, Variable
 from tca_bus._protocol import FindTask, ListTasks
 from tca_bus.testing import bus, central, eventually
 
 pytestmark = [pytest.mark.bus, pytest.mark.process]
 
+BATTERY = Variable("battery", float)
 NO_ROUTER = "tcp/127.0.0.1:1"
 
 
@@ -31,6 +32,10 @@ class Ran:
     @property
     def json(self):
         return json.loads(self.out)
+
+    @property
+    def json_lines(self):
+        return [json.loads(line) for line in self.out.splitlines()]
 
 
 class Office:
@@ -81,12 +86,29 @@ async def test_modules_and_messages_are_listed():
             here.tca("messages"),
         )
     (one,) = [module for module in listed.json if module["name"] == "robot"]
-    assert list(one) == ["name", "pid", "host", "state", "provides"]
+    assert list(one)[:5] == ["name", "pid", "host", "state", "provides"]
+    assert list(one)[5:] == ["resources", "requires", "missing"]
     assert one["state"] == "ready"
     assert "drive" in one["provides"]
     assert "robot" in table.out
     assert shown.json["message_schema"]["required"] == ["to"]
     assert "Drive there and back." in messages.out
+
+
+async def test_what_a_module_requires_and_nobody_provides_is_shown():
+    async with office() as here:
+        needy = Module(
+            "needy", options=here.options, provides=["map"], requires=["sonar"], hold=True
+        )
+        async with needy:
+            listed, table, doctor = await asyncio.gather(
+                here.tca("modules", "--json"), here.tca("modules"), here.tca("doctor")
+            )
+    (one,) = [module for module in listed.json if module["name"] == "needy"]
+    assert (one["state"], one["resources"]) == ("held", ["map"])
+    assert (one["requires"], one["missing"]) == (["sonar"], ["sonar"])
+    assert "missing" in table.out
+    assert "needy: requires 'sonar', which no module provides" in doctor.out
 
 
 async def test_queries_and_one_way_messages():
@@ -119,8 +141,11 @@ BAD_INPUT = [
     (["kill", "no task"], 2, "id: string should match pattern"),
     (["log", "never"], 1, "no task 'never' here"),
     (["log", "--last", "-1"], 2, "--last"),
+    (["log", "--letters", "mz"], 2, "expected letters of: m (messages and constraints)"),
     (["modules", "--realm", "a/b"], 2, "realm is 'a/b'"),
     (["modules", "--connect", NO_ROUTER], 5, "Start one with 'tca router'"),
+    (["var", "get", "batery"], 1, "'batery' was never set. Did you mean 'battery'"),
+    (["var", "set", "battery", '"full"'], 2, "value: expected number, got 'full'"),
     (["central"], 7, "is central there"),
     (["router"], 2, "something listens there already"),
 ]
@@ -128,6 +153,7 @@ BAD_INPUT = [
 
 async def test_bad_input_ends_with_one_clear_line():
     async with office() as here:
+        await here.me.set(BATTERY, 12.5)
         ran = await asyncio.gather(*(here.tca(*arguments) for arguments, _, _ in BAD_INPUT))
         assert await here.me.query_json("where", {}) == "home"
     for (arguments, code, text), one in zip(BAD_INPUT, ran, strict=True):
@@ -150,7 +176,7 @@ async def test_tasks_are_sent_waited_for_and_shown():
         await here.me.inform(Arrive())
         again = await here.tca("command", "drive", '{"to": "r-5303"}', "--id", "d1", "--json")
         assert again.json["state"] == "achieved"
-        log = (await here.tca("log", "--json")).json
+        log = (await here.tca("log", "--json")).json_lines
         assert [line["event"] for line in log if line["task"] == "d1"] == [
             "submitted",
             "dispatched",
@@ -284,3 +310,23 @@ async def test_a_router_runs_until_its_parent_is_gone():
         assert b"router listens at tcp/127.0.0.1:" in await process.stderr.readline()
         os.close(writing)
         assert await process.wait() == 0
+
+
+async def test_variables_are_set_read_swapped_listed_and_watched():
+    async with office() as here:
+        watching = await here.start("var", "watch", "battery")
+        await here.me.set(BATTERY, 12.5)
+        assert await watching.stdout.readline() == b"12.5\n"
+        read, listed = await asyncio.gather(
+            here.tca("var", "get", "battery", "--json"), here.tca("var", "list")
+        )
+        assert (read.json["value"], read.json["sequence"], read.json["writer"]) == (12.5, 1, "me")
+        assert "12.5" in listed.out
+        assert (await here.tca("var", "swap", "battery", "12")).json == 12.5
+        assert await watching.stdout.readline() == b"12\n"
+        assert (await here.tca("var", "set", "battery", "11", "--expected", "2")).out == "3\n"
+        refused = await here.tca("var", "set", "battery", "10", "--expected", "2")
+        assert (refused.code, "expected sequence 2, found 3" in refused.err) == (1, True)
+        assert await here.me.get(BATTERY) == 11
+        watching.send_signal(signal.SIGINT)
+        assert (await finish(watching)).code == 6

@@ -12,10 +12,10 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from tca_bus import ConfigError, Failure, InvalidMessageError, TaskStatus
 from tca_bus._protocol import ProvidedMessage
+from tca_bus._schema import schema_problems
 from tca_bus.cli._config import config_path, file_values
 from tca_bus.cli._payload import check_class, check_payload, parse_payload
-from tca_bus.cli._schema import schema_problems
-from tca_bus.cli._tree import tree_lines
+from tca_bus.cli._tree_rows import tree_lines
 from tca_bus.cli.tca import app
 
 

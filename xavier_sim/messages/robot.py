@@ -112,7 +112,7 @@ class MoveDoor(Query[DoorState]):
 
     wire_name = "xavierDoor"
 
-    room: str
+    room: str = Field(max_length=64)
     open: bool
 
 

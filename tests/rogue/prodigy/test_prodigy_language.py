@@ -65,6 +65,7 @@ def problem(goal: str = "(at a)", state: str = "(free a)", more: str = "") -> st
         ("#| never ends", "1:1", "'|#' ending the comment"),
         ("(" * 200, "1:101", "at most 100 levels"),
         ("(infinite-type n #'nubmerp)", "1:20", "did you mean numberp?"),
+        ("; nothing\n", "1:1", "expected a domain with its operators"),
     ],
 )
 def test_an_error_in_a_domain_names_its_place(text: str, place: str, message: str) -> None:

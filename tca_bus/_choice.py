@@ -1,0 +1,50 @@
+"""Which of several modules that handle one query is asked: fair, and without asking around."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Iterable
+
+from tca_bus._presence import PresentModule
+
+
+class Choice:
+    """Chooses the module with the fewest of this caller's requests under way.
+
+    Among equals the one that was chosen longest ago has its turn, so that a caller that asks one
+    thing after the other goes round. What other callers have under way is not known here; a
+    module at its capacity says so, and is not chosen while ``busy`` names it.
+    """
+
+    def __init__(self) -> None:
+        self._under_way: Counter[str] = Counter()
+        self._last_turn: dict[str, int] = {}
+        self._turns = itertools.count(1)
+
+    def choose(
+        self, candidates: Iterable[PresentModule], *, busy: Iterable[str] = ()
+    ) -> PresentModule | None:
+        """The module to ask; None when all candidates are in ``busy``, by incarnation."""
+        excluded = set(busy)
+        free = [one for one in candidates if one.incarnation not in excluded]
+        return min(free, key=self._rank, default=None)
+
+    def began(self, incarnation: str) -> None:
+        """A request to a module is under way."""
+        self._under_way[incarnation] += 1
+        self._last_turn[incarnation] = next(self._turns)
+
+    def ended(self, incarnation: str) -> None:
+        """A request to a module is over, however it ended."""
+        self._under_way[incarnation] -= 1
+        if self._under_way[incarnation] <= 0:
+            del self._under_way[incarnation]
+
+    def forget(self, incarnation: str) -> None:
+        """A module is gone for good."""
+        self._last_turn.pop(incarnation, None)
+
+    def _rank(self, module: PresentModule) -> tuple[int, int, str]:
+        key = module.incarnation
+        return self._under_way[key], self._last_turn.get(key, 0), module.name
