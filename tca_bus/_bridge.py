@@ -13,8 +13,7 @@ import contextlib
 import logging
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import zenoh
 from zenoh.handlers import Callback
@@ -100,8 +99,7 @@ def call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> No
         loop.call_soon_threadsafe(function)
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(NamedTuple):
     """The terminal reply of a query: its payload, and whether it is an error."""
 
     payload: Payload

@@ -1,4 +1,4 @@
-"""The asking side of queries: finding the callee, sending again, naming what went wrong."""
+"""The asking side of queries: finding the callee, naming what went wrong."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import asyncio
 import contextlib
 import logging
 import math
-from dataclasses import dataclass, field
+import time
+from typing import NamedTuple
 
-from tca_bus._bridge import Answer
+from tca_bus._asking import Asking
 from tca_bus._choice import Choice
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, new_envelope
+from tca_bus._envelope import Stamp, new_stamp
 from tca_bus._errors import (
     AtCapacityError,
     BusGoneError,
     ClosedError,
     NoHandlerError,
-    PeerLostError,
     TcaError,
     TimedOutError,
     near_matches,
@@ -30,26 +30,33 @@ from tca_bus._wire import Payload, encode_message
 
 logger = logging.getLogger(__name__)
 
-RETRY_DELAY = 0.05
-"""Wall seconds before a query is sent again that ended without a reply."""
-
-MOST_EMPTY = 20
-"""After so many empty endings in a row from a callee that is there, it counts as lost."""
-
 WITHDRAWAL_TIMEOUT = 2.0
 """Wall seconds in which a module takes back a request that nobody waits for any more."""
 
 
-@dataclass
+class _Request(NamedTuple):
+    name: str
+    payload: Payload
+    stamp: Stamp
+    withdraw: bool
+
+
 class Caller:
     """Sends queries. One query keeps its request id however often it is sent."""
 
-    core: Core
-    _choice: Choice = field(default_factory=Choice)
+    def __init__(self, core: Core) -> None:
+        self.core = core
+        self._asking = Asking(core)
+        self._choice = Choice()
 
     def begin(self) -> None:
-        """Forget modules that are gone."""
+        """Be ready to take answers, and forget modules that are gone."""
+        self._asking.begin()
         self.core.presence.listen(self._presence_changed)
+
+    def end(self) -> None:
+        """Give up whatever is under way."""
+        self._asking.end()
 
     async def call(
         self,
@@ -76,37 +83,30 @@ class Caller:
         """
         self.core.permissions.check_sending(self.core.name, name, len(payload.data))
         self.core.tapping.sent(name, payload)
+        request = _Request(name, payload, new_stamp(self.core.incarnation), withdraw)
+        deadline = time.monotonic() + timeout
+        callee = self._at_hand(name, to)
         try:
-            async with asyncio.timeout(timeout):
-                return await self._call(name, payload, to, withdraw=withdraw)
+            if callee is not None:
+                with contextlib.suppress(AtCapacityError):
+                    return await self._ask(callee, request, deadline)
+            async with asyncio.timeout(deadline - time.monotonic()):
+                return await self._look_and_ask(request, to, is_full=callee is not None)
         except TimeoutError as error:
-            if not self.core.session.is_up:
-                raise BusGoneError(self.core.session.endpoint, "it was lost") from error
+            session = self.core.session
+            if not (session.is_up or (callee is not None and session.can_send)):
+                raise BusGoneError(session.endpoint, "it was lost") from error
             raise TimedOutError(f"query {name!r}", timeout) from error
 
-    async def ask_callee(
-        self,
-        callee: PresentModule,
-        name: str,
-        payload: Payload,
-        *,
-        envelope: Envelope | None = None,
-    ) -> Payload:
+    async def ask_callee(self, callee: PresentModule, name: str, payload: Payload) -> Payload:
         """Ask one module, for as long as it is there, and give the payload of its answer.
 
         Raises:
             PeerLostError: The callee died before it answered.
             TcaError: What the callee answered, as its own class.
         """
-        attachment = (envelope or new_envelope(self.core.incarnation)).model_dump_json().encode()
-        self._choice.began(callee.incarnation)
-        try:
-            answer = await self._ask_until_answered(callee, name, payload, attachment)
-        finally:
-            self._choice.ended(callee.incarnation)
-        if answer.is_error:
-            raise decode_error(answer.payload, message=name)
-        return answer.payload
+        request = _Request(name, payload, new_stamp(self.core.incarnation), withdraw=False)
+        return await self._ask(callee, request, math.inf)
 
     def withdraw(self, callee: PresentModule, name: str, request: str) -> None:
         """Tell a module that nobody waits for the answer to a request any more."""
@@ -115,37 +115,44 @@ class Caller:
         with contextlib.suppress(ClosedError):
             self.core.spawn(telling, name=f"{self.core.name}.withdraw.{name}")
 
-    async def _call(
-        self, name: str, payload: Payload, to: str | PresentModule | None, *, withdraw: bool
+    async def _look_and_ask(
+        self, request: _Request, to: str | PresentModule | None, *, is_full: bool
     ) -> Payload:
-        await self.core.session.connected()
-        envelope = new_envelope(self.core.incarnation)
-        callee = await self.locate(name, to)
+        """Ask when it is known who is there, and again while all of them are full."""
+        name = request.name
+        await self.core.session.sendable()
+        callee = None if is_full else await self.locate(name, to)
         while True:
-            try:
-                return await self.ask_callee(callee, name, payload, envelope=envelope)
-            except AtCapacityError:
-                wait = PoolWait(self, name, envelope.id, lambda: self._candidates(name, to))
+            if callee is None:
+                wait = PoolWait(self, name, request.stamp.id, lambda: self._candidates(name, to))
                 callee = await wait.first()
-            except asyncio.CancelledError:
-                if withdraw:
-                    self.withdraw(callee, name, envelope.id)
-                raise
+            try:
+                return await self._ask(callee, request, math.inf)
+            except AtCapacityError:
+                callee = None
 
-    async def _ask_until_answered(
-        self, callee: PresentModule, name: str, payload: Payload, attachment: bytes
-    ) -> Answer:
-        key = self.core.keys.query(callee, name, self.core.name)
-        for _ in range(MOST_EMPTY):
-            await self.core.session.connected()
-            await self._stays(callee, name)
-            answer = await self.core.session.ask(
-                key, payload, attachment=attachment, timeout=math.inf
+    async def _ask(self, callee: PresentModule, request: _Request, deadline: float) -> Payload:
+        self._choice.began(callee.incarnation)
+        try:
+            answer = await self._asking.ask(
+                callee, request.name, request.payload, stamp=request.stamp, deadline=deadline
             )
-            if answer is not None:
-                return answer
-            await asyncio.sleep(RETRY_DELAY)
-        raise PeerLostError(callee.name, name)
+        except (asyncio.CancelledError, TimeoutError):
+            if request.withdraw:
+                self.withdraw(callee, request.name, request.stamp.id)
+            raise
+        finally:
+            self._choice.ended(callee.incarnation)
+        if answer.is_error:
+            raise decode_error(answer.payload, message=request.name)
+        return answer.payload
+
+    def _at_hand(self, name: str, to: str | PresentModule | None) -> PresentModule | None:
+        """Who is to answer, if somebody is there for certain and can be reached now."""
+        found = self._candidates(name, to) if self.core.session.can_send else []
+        if not found or not self.core.presence.table.state_of(found[0].incarnation):
+            return None
+        return found[0] if len(found) == 1 else self._choice.choose(found)
 
     async def _withdraw(self, callee: PresentModule, order: WithdrawRequest) -> None:
         try:
@@ -186,13 +193,6 @@ class Caller:
             return NoHandlerError(name, table.known_messages())
         namesakes = near_matches(to, {module.name for module in table.modules()})
         return NoHandlerError(f"{to}:{name}", {f"{module}:{name}" for module in namesakes})
-
-    async def _stays(self, callee: PresentModule, name: str) -> None:
-        """Wait until it is known whether the callee is still there."""
-        state_of = self.core.presence.table.state_of
-        await self.core.presence.until(lambda: state_of(callee.incarnation) is not None)
-        if not state_of(callee.incarnation):
-            raise PeerLostError(callee.name, name)
 
     def _presence_changed(self, change: PresenceChange) -> None:
         if not change.appeared:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from tca_bus._keys import Keys
+from tca_bus._outlets import Outlets
 from tca_bus._permissions import Permissions
 from tca_bus._presence_feed import PresenceFeed
 from tca_bus._session import Session
@@ -36,6 +37,7 @@ class Core:
     presence: PresenceFeed
     spawn: Spawn
     tally: Tally
+    outlets: Outlets
     permissions: Permissions = field(default_factory=Permissions)
     tapping: Tapping = field(default_factory=Tapping)
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import secrets
 from contextvars import ContextVar
+from typing import NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic_core import to_json
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._problems import problems_of
@@ -31,6 +35,32 @@ class Envelope(BaseModel):
 handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
 """The envelope of what the running handler handles."""
 
+INCARNATION_PATTERN = re.compile(r"[A-Za-z0-9._-]{1,100}")
+"""What a sender's incarnation has to be for an answer to find the way back: one chunk of a key."""
+
+_ENVELOPES = TypeAdapter(Envelope)
+
+_numbers = itertools.count(1)
+
+
+class Stamp(NamedTuple):
+    """The id of a new message, and its attachment."""
+
+    id: str
+    attachment: bytes
+
+
+def new_stamp(sender: str) -> Stamp:
+    """Make an id and an attachment for a new message from an incarnation; see `new_envelope`."""
+    # An incarnation is unique, so with a number it names one message for ever.
+    id = f"{sender}.{next(_numbers):x}"
+    inside = handled.get()
+    trace = sending_traceparent()
+    if inside is None and trace is None:
+        return Stamp(id, f'{{"id":"{id}","sender":"{sender}"}}'.encode())
+    facts = {"id": id, "sender": sender, "task": inside and inside.task, "traceparent": trace}
+    return Stamp(id, to_json({name: fact for name, fact in facts.items() if fact is not None}))
+
 
 def new_envelope(sender: str) -> Envelope:
     """An envelope for a new message; task and trace go on from the running handler."""
@@ -52,7 +82,7 @@ def read_envelope(attachment: bytes | None) -> Envelope:
     if attachment is None:
         return new_envelope("")
     try:
-        return Envelope.model_validate_json(attachment)
+        return _ENVELOPES.validator.validate_json(attachment)  # type: ignore[no-any-return]
     except ValidationError as error:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 

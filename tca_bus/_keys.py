@@ -2,8 +2,11 @@
 
 ::
 
-    <realm>/query/<callee>/<incarnation>/<name>/<caller>          queries; unique per callee, so
-                                                                  that exactly one gets each
+    <realm>/query/<callee>/<incarnation>/<name>/<caller>          queries, as Zenoh queries; unique
+                                                                  per callee, so that exactly one
+                                                                  gets each
+    <realm>/call/<callee>/<incarnation>/<name>/<caller>           the same, published
+    <realm>/answer/<caller>/<incarnation>/<callee>                answers to what was published
     <realm>/inform/<name>/<sender>                                informs
     <realm>/broadcast/<name>/<sender>                             broadcasts
     <realm>/task/<sender>/<id>                                    task states, from central
@@ -28,6 +31,7 @@ from __future__ import annotations
 import enum
 import re
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from tca_bus._presence import PresentModule, Stage, TapWord
 from tca_bus._rights import Right
@@ -79,8 +83,7 @@ FAMILIES = (
 """Everything that passes on the bus but presence and the policy itself."""
 
 
-@dataclass(frozen=True, slots=True)
-class QueryAddress:
+class QueryAddress(NamedTuple):
     """What the key of a query says."""
 
     name: str
@@ -100,6 +103,22 @@ class Keys:
     def queries_to(self, name: str, incarnation: str) -> str:
         """All queries to one incarnation of a module."""
         return f"{self.realm}/query/{name}/{incarnation}/**"
+
+    def call(self, callee: PresentModule, name: str, caller: str) -> str:
+        """The key on which a query to one module is published."""
+        return f"{self.realm}/call/{callee.name}/{callee.incarnation}/{name}/{caller}"
+
+    def calls_to(self, name: str, incarnation: str) -> str:
+        """All published queries to one incarnation of a module."""
+        return f"{self.realm}/call/{name}/{incarnation}/*/*"
+
+    def answer(self, caller: str, incarnation: str, callee: str) -> str:
+        """The key of the answers of one module to one incarnation of another."""
+        return f"{self.realm}/answer/{caller}/{incarnation}/{callee}"
+
+    def answers_to(self, name: str, incarnation: str) -> str:
+        """All answers to one incarnation of a module."""
+        return f"{self.realm}/answer/{name}/{incarnation}/*"
 
     def one_way(self, kind: str, name: str, sender: str) -> str:
         """The key of an inform or broadcast; ``sender`` may be ``*``."""
@@ -134,7 +153,7 @@ class Keys:
 
 
 def parse_query(key: str) -> QueryAddress:
-    """Read name and caller from the key of a query.
+    """Read name and caller from the key of a query, published or not.
 
     Raises:
         ValueError: The key has another shape.
@@ -146,7 +165,7 @@ def parse_query(key: str) -> QueryAddress:
 
 
 def parse_sender(key: str) -> str:
-    """Read the sender from the key of an inform or broadcast."""
+    """Read the sender from the key of an inform, a broadcast or an answer."""
     return key.rsplit("/", 1)[-1]
 
 

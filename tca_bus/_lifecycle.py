@@ -17,6 +17,7 @@ from tca_bus._errors import ClosedError, ConfigError
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN, BusOptions
+from tca_bus._outlets import Outlets
 from tca_bus._parts import Parts
 from tca_bus._permissions import Permissions
 from tca_bus._presence_feed import PresenceFeed
@@ -140,6 +141,7 @@ class Lifecycle(ABC):
             presence,
             self.start,
             tally,
+            Outlets(session),
             permissions,
         )
         return Parts(

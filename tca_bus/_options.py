@@ -32,7 +32,9 @@ class BusOptions(BaseModel):
 
     ``connect`` is the router's Zenoh endpoint, ``realm`` the first chunk of all keys,
     ``connect_timeout`` the wall seconds to wait for a router, ``clock`` what `Module.clock`
-    follows: the wall, or the simulated time that the robot broadcasts.
+    follows: the wall, or the simulated time that the robot broadcasts. ``links`` says how messages
+    travel: through the router, or directly between modules that all chose so; see
+    docs/benchmarks.md for what that gains and costs.
 
     ``keys`` is a folder of 'tca keys', from which a module takes what is there for its name: a
     certificate on an encrypted endpoint, a password elsewhere. ``user`` and ``password`` go
@@ -51,6 +53,12 @@ class BusOptions(BaseModel):
     keys: Path | None = None
     user: str | None = None
     password: SecretStr | None = None
+    links: Literal["router", "direct"] = "router"
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether modules are linked to each other."""
+        return self.links == "direct"
 
     def __init__(self, **values: Any) -> None:
         try:
@@ -83,6 +91,12 @@ class BusOptions(BaseModel):
     def _check_user(self) -> Self:
         if (self.user is None) != (self.password is None):
             raise ValueError("user and password both, or neither")
+        return self
+
+    @model_validator(mode="after")
+    def _check_links(self) -> Self:
+        if self.is_direct and (self.keys is not None or self.user is not None):
+            raise ValueError("links through the router with keys: direct ones pass its rules by")
         return self
 
 

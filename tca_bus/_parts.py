@@ -105,6 +105,7 @@ class Parts:
         self.worker.begin()
         self.caller.begin()
         self.server.begin()
+        self.caller.begin()
         self.sender.begin()
         self.handlers.is_held = self.readiness.stage == Stage.HELD
         for handler in self.handlers:
@@ -186,6 +187,7 @@ class Parts:
     def end(self) -> None:
         """Stop what is not a task."""
         self.core.presence.end()
+        self.caller.end()
 
     def transport_changed(self, is_up: bool) -> None:
         """The router was lost or is back."""

@@ -69,14 +69,15 @@ class PlainMessages(Lifecycle):
         )
         return await self._parts.sender.submit(task, ANYTHING, timeout=timeout)
 
-    async def _inform(self, name: str, payload: Payload) -> None:
+    async def _inform(self, name: str, *payloads: Payload) -> None:
         parts = self._parts
-        if not parts.core.session.is_up:
+        if not parts.core.session.can_send:
             await self._until_connected()
         table = parts.core.presence.table
         if not table.providers(name):
             raise NoHandlerError(name, table.known_messages())
-        parts.topics.publish(MessageClass.INFORM, name, payload)
+        for payload in payloads:
+            parts.topics.publish(MessageClass.INFORM, name, payload)
 
     async def _until_connected(self) -> None:
         try:

@@ -94,6 +94,7 @@ class PresenceTable:
         self._own = own
         self._entries: dict[str, PresentModule] = {}
         self._suspects: dict[str, float] = {}
+        self._named: dict[str, PresentModule] = {}
         self._providers: dict[str, list[PresentModule]] = {}
         # Those who are expected with the router, all by the same time: there may be thousands.
         self._expected: set[str] = set()
@@ -118,7 +119,7 @@ class PresenceTable:
         # One that its module has replaced since is of no interest.
         if known is not None and known.number > module.number:
             return []
-        self._providers.clear()
+        self._forget_look_ups()
         self._suspects.pop(module.incarnation, None)
         if module.incarnation in self._expected:
             self._expected.remove(module.incarnation)
@@ -132,16 +133,22 @@ class PresenceTable:
 
     def delete(self, module: PresentModule, now: float) -> None:
         """A token vanished; one that its module has replaced is of no interest."""
-        self._providers.clear()
+        self._forget_look_ups()
         key = module.incarnation
         if self._entries.get(key) == module and key != self._own and key not in self._expected:
             grace = 0.0 if self._has_successor(module) else VANISH_GRACE
             self._suspects.setdefault(key, now + grace)
 
-    def router_lost(self) -> None:
-        """The transport closed: everybody else is suspect until it is back."""
-        self._providers.clear()
+    def router_lost(self, *, is_direct: bool = False) -> None:
+        """The transport closed: everybody else is suspect until it is back.
+
+        With direct links only those are whose tokens vanish.
+        """
+        self._forget_look_ups()
         self._reachable = False
+        if is_direct:
+            self._suspects = {key: math.inf for key in self._suspects if key != self._own}
+            return
         self._suspects.clear()
         self._expected = self._entries.keys() - {self._own}
 
@@ -163,7 +170,7 @@ class PresenceTable:
         """Give up suspects whose grace is over."""
         if now < self.next_expiry():
             return []
-        self._providers.clear()
+        self._forget_look_ups()
         lost = [key for key, due in self._suspects.items() if due <= now]
         lost += sorted(self._expected) if self._expected_by <= now else []
         return [self._lose(key) for key in lost]
@@ -176,8 +183,13 @@ class PresenceTable:
 
     def named(self, name: str) -> PresentModule | None:
         """The newest incarnation of a module, suspect or not."""
-        found = (entry for entry in self._entries.values() if entry.name == name)
-        return max(found, key=lambda entry: entry.incarnation, default=None)
+        found = self._named.get(name)
+        if found is None:
+            entries = (entry for entry in self._entries.values() if entry.name == name)
+            found = max(entries, key=lambda entry: entry.incarnation, default=None)
+            if found is not None:
+                self._named[name] = found
+        return found
 
     def providers(self, message: str) -> list[PresentModule]:
         """The newest incarnation of each module that handles ``message``, certain ones first."""
@@ -245,3 +257,7 @@ class PresenceTable:
     def known_messages(self) -> set[str]:
         """All wire names that somebody handles."""
         return {name for entry in self._entries.values() for name in entry.provides}
+
+    def _forget_look_ups(self) -> None:
+        self._named.clear()
+        self._providers.clear()

@@ -48,6 +48,7 @@ class PresenceFeed:
     def __post_init__(self) -> None:
         self.table = PresenceTable(self.own)
         self._listeners: list[Listener] = []
+        self._return_listeners: list[Callable[[PresentModule], None]] = []
         self._timer: asyncio.TimerHandle | None = None
         self._changed = asyncio.Event()
         self._warned_of: set[str] = set()
@@ -97,6 +98,10 @@ class PresenceFeed:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 
+    def listen_to_returns(self, listener: Callable[[PresentModule], None]) -> None:
+        """Call ``listener`` with each module whose token vanished and appeared again in time."""
+        self._return_listeners.append(listener)
+
     def add(self, key: str) -> None:
         """Take a token of this module's own, without waiting for Zenoh to tell of it."""
         self._take(_Token(key, is_put=True))
@@ -106,7 +111,7 @@ class PresenceFeed:
         if is_up:
             self.table.router_back(self._loop.time())
         else:
-            self.table.router_lost()
+            self.table.router_lost(is_direct=self.session.is_direct)
         self._after_event([])
 
     async def until(self, condition: Callable[[], bool]) -> None:
@@ -137,6 +142,10 @@ class PresenceFeed:
             self.tally.invalid += 1
             self.tally.complain("presence key", str(error))
             return None
+
+    def _tell_return(self, module: PresentModule) -> None:
+        for listener in self._return_listeners:
+            listener(module)
 
     def _after_event(self, changes: list[PresenceChange]) -> None:
         # Waiters look again; the event is only a bell.
@@ -186,7 +195,7 @@ class PresenceFeed:
             if token.key not in self._vanished:
                 self._put_back(token)
         if self.session.is_up and not self.session.has_router():
-            self.table.router_lost()
+            self.table.router_lost(is_direct=self.session.is_direct)
         self._after_event(self.table.expire(asked))
 
     def _put_back(self, token: _Token) -> None:

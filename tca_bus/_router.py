@@ -79,8 +79,9 @@ class Guard:
 def router_settings(
     endpoint: str, guard: Guard | None = None, links: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The Zenoh configuration of the router: no discovery, an admin space, bounded messages.
+    """The Zenoh configuration of the router: an admin space, bounded messages, and gossip.
 
+    Gossip is how modules with direct links find each other; clients take no part in it.
     It connects to the routers at ``links``, whenever they can be reached.
     """
     guarded = guard.settings(endpoint) if guard is not None else {"transport": {"link": {}}}
@@ -98,7 +99,7 @@ def router_settings(
         "scouting": {
             "delay": 0,
             "multicast": {"enabled": False},
-            "gossip": {"enabled": False},
+            "gossip": {"enabled": True},
         },
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 from collections import Counter
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import zenoh
 from pydantic import ValidationError
 from zenoh.handlers import Callback
 
 from tca_bus._answers import AnswerCache
-from tca_bus._bridge import Answer, Mailbox, attachment_of, query_payload
+from tca_bus._bridge import Answer, Mailbox, attachment_of, payload_of, query_payload
 from tca_bus._context import Context
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, begin_handling, read_envelope
+from tca_bus._envelope import INCARNATION_PATTERN, Envelope, begin_handling, read_envelope
 from tca_bus._errors import (
     AtCapacityError,
     BusyError,
-    ClosedError,
     HandlerFailedError,
     InvalidMessageError,
     NoHandlerError,
@@ -32,14 +30,12 @@ from tca_bus._handlers import QUERIES, Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query, parse_sender
 from tca_bus._line import Request, request_of
 from tca_bus._messages import Message, MessageClass
-from tca_bus._presence import PresentModule
 from tca_bus._problems import problems_of
+from tca_bus._replies import PublishedAnswer, WayBack, ZenohReply
 from tca_bus._rights import Right
 from tca_bus._turns import Turns
 from tca_bus._types import answer_adapter
 from tca_bus._wire import Payload, decode_message, encode_answer, told_revision
-
-logger = logging.getLogger(__name__)
 
 MOST_WAITING = 1024
 """Queries that wait for the loop; more are answered with 'busy' on Zenoh's thread."""
@@ -59,6 +55,13 @@ class ContextFactory(Protocol):
         ...
 
 
+class _Running(NamedTuple):
+    """A request that is being handled: by which task, and who waits for its answer."""
+
+    task: asyncio.Task[None]
+    ways: list[WayBack]
+
+
 class QueryServer:
     """Answers the queries to one module; its handlers run concurrently."""
 
@@ -67,79 +70,142 @@ class QueryServer:
         self._handlers = handlers
         self._context = context
         self._cache = AnswerCache()
-        self._running: dict[Request, list[zenoh.Query]] = {}
+        self._running: dict[Request, _Running] = {}
         self._under_way: Counter[str] = Counter()
-        self._surveys: dict[Request, asyncio.Task[None]] = {}
         self._turns = Turns(core, handlers, self._cancel_survey)
+        self._loop = asyncio.get_running_loop()
+        self._broken: asyncio.Future[None] = self._loop.create_future()
+        self._is_closing = False
 
     def begin(self) -> None:
-        """Declare the queryable."""
+        """Declare the subscriber of published queries and the queryable of Zenoh's own."""
+        core = self._core
         self._turns.begin()
-        box = Mailbox[zenoh.Query](self._take, size=MOST_WAITING, refuse=self._refuse_busy)
-        self._core.tally.counters["query"] = lambda: box.dropped
-        key = self._core.keys.queries_to(self._core.name, self._core.incarnation)
-        self._core.session.zenoh.declare_queryable(key, Callback(box.post))
+        calls = Mailbox[zenoh.Sample](self._take_call, size=MOST_WAITING, refuse=self._refuse_call)
+        core.tally.counters["call"] = lambda: calls.dropped
+        key = core.keys.calls_to(core.name, core.incarnation)
+        core.session.zenoh.declare_subscriber(key, Callback(calls.post))
+        queries = Mailbox[zenoh.Query](
+            self._take_query, size=MOST_WAITING, refuse=self._refuse_query
+        )
+        core.tally.counters["query"] = lambda: queries.dropped
+        key = core.keys.queries_to(core.name, core.incarnation)
+        core.session.zenoh.declare_queryable(key, Callback(queries.post))
+        core.spawn(self._keep_handlers(), name=f"{core.name}.queries")
 
-    def _take(self, query: zenoh.Query) -> None:
-        """Start handling a query, or answer it at once."""
+    async def _keep_handlers(self) -> None:
+        """Own the tasks of the handlers: one task for all, as a query's may take microseconds."""
+        try:
+            await self._broken
+        finally:
+            self._is_closing = True
+            tasks = [running.task for running in self._running.values()]
+            for task in tasks:
+                task.cancel()
+            if tasks:
+                await asyncio.wait(tasks)
+
+    def _take_call(self, sample: zenoh.Sample) -> None:
+        try:
+            address, envelope = _read_call(sample)
+        except InvalidMessageError as error:
+            # Without an envelope there is no way back to whoever sent it.
+            self._core.tally.note_invalid(error, sender=parse_sender(str(sample.key_expr)))
+            return
+        way = PublishedAnswer(self._core, address.caller, envelope.sender, envelope.id)
+        self._take(way, address, envelope, payload_of(sample))
+
+    def _take_query(self, query: zenoh.Query) -> None:
         try:
             address = parse_query(str(query.key_expr))
             envelope = read_envelope(attachment_of(query))
         except (InvalidMessageError, ValueError) as error:
             self._reject(query, error)
             return
-        request = request_of(address.caller, address.name, envelope.id)
+        way = ZenohReply(self._core, query, address)
+        self._take(way, address, envelope, query_payload(query))
+
+    def _take(
+        self, way: WayBack, address: QueryAddress, envelope: Envelope, payload: Payload
+    ) -> None:
+        """Start handling a request, or answer it at once."""
+        name = address.name
+        request = request_of(address.caller, name, envelope.id)
         known = self._cache.get(request)
         if known is not None:
-            self._send(query, address, known)
+            way.send(known)
         elif request in self._running:
-            self._running[request].append(query)
-        elif self._under_way[address.name] >= MOST_RUNNING:
-            self._refuse_more(query, address.name)
-        elif not self._turns.enter(address.name, request):
-            self._reply_error(query, self._at_capacity(address.name))
+            self._running[request].ways.append(way)
+        elif self._is_closing:
+            way.drop()
+        elif self._under_way[name] >= MOST_RUNNING:
+            self._refuse_more(way, name)
+        elif not self._turns.enter(name, request):
+            way.send(self._error_answer(self._at_capacity(name), name))
         else:
-            self._begin_work(query, request, address, envelope)
+            self._begin_work(way, request, address, envelope, payload)
 
     def _begin_work(
-        self, query: zenoh.Query, request: Request, address: QueryAddress, envelope: Envelope
+        self,
+        way: WayBack,
+        request: Request,
+        address: QueryAddress,
+        envelope: Envelope,
+        payload: Payload,
     ) -> None:
-        work = self._work(request, address, envelope, query_payload(query))
-        try:
-            task = self._core.spawn(work, name=f"{self._core.name}.query.{address.name}")
-        except ClosedError:
-            query.drop()
-            return
-        self._running[request] = [query]
+        ways = [way]
+        work = self._work(request, ways, address, envelope, payload)
+        task = self._loop.create_task(work, name=f"{self._core.name}.query.{address.name}")
+        self._running[request] = _Running(task, ways)
         self._under_way[address.name] += 1
-        task.add_done_callback(lambda _: self._finish(request, address.name))
-        handler = self._handlers.get(address.name)
-        if handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY:
-            self._surveys[request] = task
+        if self._is_survey(address.name):
+            # One that is cancelled before its first step never comes to its own end.
+            task.add_done_callback(lambda done: self._finish(request, address.name, done))
 
     async def _work(
-        self, request: Request, address: QueryAddress, envelope: Envelope, payload: Payload
+        self,
+        request: Request,
+        ways: list[WayBack],
+        address: QueryAddress,
+        envelope: Envelope,
+        payload: Payload,
     ) -> None:
-        begin_handling(envelope)
-        answer = await self._answer(address, envelope, payload)
-        self._cache.put(request, answer)
-        for query in self._running[request]:
-            self._send(query, address, answer)
+        try:
+            begin_handling(envelope)
+            answer = await self._answer(address, envelope, payload)
+            self._cache.put(request, answer)
+            for way in ways:
+                way.send(answer)
+        except Exception as error:
+            # No handler's, those are answers: it ends the module.
+            if not self._broken.done():
+                self._broken.set_exception(error)
+        finally:
+            self._finish(request, address.name, asyncio.current_task())
 
-    def _finish(self, request: Request, name: str) -> None:
-        """Let go of a request, also of one whose work was cancelled before its first step."""
-        for query in self._running.pop(request):
-            query.drop()
-        self._surveys.pop(request, None)
+    def _finish(self, request: Request, name: str, task: asyncio.Task[None] | None) -> None:
+        """Let go of a request, if it is still handled by the task."""
+        running = self._running.get(request)
+        if running is None or running.task is not task:
+            return
+        del self._running[request]
+        for way in running.ways:
+            way.drop()
         self._under_way[name] -= 1
         if not self._under_way[name]:
             del self._under_way[name]
         self._turns.leave(name, request)
 
+    def _is_survey(self, name: str) -> bool:
+        handler = self._handlers.get(name)
+        return (
+            handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY
+        )
+
     def _cancel_survey(self, request: Request) -> None:
-        task = self._surveys.get(request)
-        if task is not None:
-            task.cancel()
+        running = self._running.get(request)
+        if running is not None and self._is_survey(request[1].partition("/")[0]):
+            running.task.cancel()
 
     async def _answer(self, address: QueryAddress, envelope: Envelope, payload: Payload) -> Answer:
         try:
@@ -147,31 +213,18 @@ class QueryServer:
             handler = self._find(address.name)
             message = decode_message(payload, handler.message_type)
             told = told_revision(payload)
-            return await self._handle(handler, message, address, envelope, told)
+            context = self._context(sender=address.caller, id=envelope.id)
+            async with self._place(handler, address):
+                value = await self._core.tapping.call(handler, message, context)
+            return self._checked(_answer_of(value, handler.message_type, told), address.name)
         except Exception as error:
             self._note(error, address)
-            payload = encode_error(error, message=address.name, module=self._core.name)
-            return Answer(payload, is_error=True)
+            return self._error_answer(error, address.name)
 
-    async def _handle(
-        self,
-        handler: Handler,
-        message: Message,
-        address: QueryAddress,
-        envelope: Envelope,
-        told: int | None,
-    ) -> Answer:
-        context = self._context(sender=address.caller, id=envelope.id)
-        async with self._place(handler, address):
-            value = await self._core.tapping.call(handler, message, context)
-        adapter = answer_adapter(handler.message_type)
-        try:
-            checked = adapter.validate_python(value)
-        except ValidationError as error:
-            raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
-        answer = encode_answer(checked, adapter, handler.message_type, told=told)
-        self._core.permissions.check_answer(self._core.name, address.name, len(answer.data))
-        return Answer(answer, is_error=False)
+    def _checked(self, answer: Answer, name: str) -> Answer:
+        """The answer, if it is not bigger than it may be."""
+        self._core.permissions.check_answer(self._core.name, name, len(answer.payload.data))
+        return answer
 
     def _place(
         self, handler: Handler, address: QueryAddress
@@ -202,40 +255,64 @@ class QueryServer:
         if not isinstance(error, InvalidMessageError):
             error = InvalidMessageError("query", [str(error)])
         self._core.tally.note_invalid(error, sender=parse_sender(str(query.key_expr)))
-        self._reply_error(query, error)
+        self._reply_error(query, self._error_answer(error, "query"))
 
-    def _refuse_more(self, query: zenoh.Query, name: str) -> None:
+    def _refuse_more(self, way: WayBack, name: str) -> None:
         text = f"handler of {name} has {self._under_way[name]} queries under way: more are refused"
         self._core.tally.complain(f"too many {name}", text)
-        self._refuse_busy(query)
+        way.send(self._busy())
 
-    def _refuse_busy(self, query: zenoh.Query) -> None:
-        name = f"module {self._core.name!r}"
-        self._reply_error(query, BusyError("the query", f"{name} has too many waiting"))
+    def _refuse_query(self, query: zenoh.Query) -> None:
+        self._reply_error(query, self._busy())
+
+    def _refuse_call(self, sample: zenoh.Sample) -> None:
+        """Say on Zenoh's thread that there is no room; outlets belong to the loop's."""
+        try:
+            address, envelope = _read_call(sample)
+        except InvalidMessageError:
+            return
+        core = self._core
+        key = core.keys.answer(address.caller, envelope.sender, core.name)
+        core.session.put(key, self._busy().payload, attachment=envelope.id.encode(), block=True)
+
+    def _busy(self) -> Answer:
+        error = BusyError("the query", f"module {self._core.name!r} has too many waiting")
+        return self._error_answer(error, "query")
 
     def _at_capacity(self, name: str) -> AtCapacityError:
         return AtCapacityError(name, f"module {self._core.name!r} has no place free; ask again")
 
-    def _reply_error(self, query: zenoh.Query, error: Exception) -> None:
-        payload = encode_error(error, message="query", module=self._core.name)
+    def _error_answer(self, error: Exception, message: str) -> Answer:
+        payload = encode_error(error, message=message, module=self._core.name)
+        return Answer(payload, is_error=True)
+
+    def _reply_error(self, query: zenoh.Query, answer: Answer) -> None:
         with query:
-            query.reply_err(payload.data, encoding=payload.encoding)
+            query.reply_err(answer.payload.data, encoding=answer.payload.encoding)
 
-    def _send(self, query: zenoh.Query, address: QueryAddress, answer: Answer) -> None:
-        data, encoding = answer.payload.data, answer.payload.encoding
-        try:
-            with query:
-                if answer.is_error:
-                    query.reply_err(data, encoding=encoding)
-                else:
-                    query.reply(self._reply_key(query, address), data, encoding=encoding)
-        except zenoh.ZError as error:
-            logger.warning("answer to %s was not sent: %s", address.caller, error)
 
-    def _reply_key(self, query: zenoh.Query, address: QueryAddress) -> str | zenoh.KeyExpr:
-        """A concrete key: a tool may have asked with wildcards."""
-        if "*" not in str(query.key_expr):
-            return query.key_expr
-        core = self._core
-        me = PresentModule(core.name, core.incarnation, "", 0, ())
-        return core.keys.query(me, address.name, address.caller.replace("*", "anonymous"))
+def _answer_of(value: Any, message_type: type[Message], told: int | None) -> Answer:
+    """Encode what a handler returned, in the form for a sender of revision ``told``.
+
+    Raises:
+        TaskError: It is not what the message names as its answer.
+    """
+    adapter = answer_adapter(message_type)
+    try:
+        checked = adapter.validate_python(value)
+    except ValidationError as error:
+        raise TaskError("invalid_answer", f"answer: {'; '.join(problems_of(error))}") from error
+    return Answer(encode_answer(checked, adapter, message_type, told=told), is_error=False)
+
+
+def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:
+    """Read where a published query comes from.
+
+    Raises:
+        InvalidMessageError: Its attachment does not say where the answer goes.
+    """
+    envelope = read_envelope(attachment_of(sample) or b"")
+    if not INCARNATION_PATTERN.fullmatch(envelope.sender):
+        problem = f"sender: expected an incarnation, got {envelope.sender[:100]!r}"
+        raise InvalidMessageError("attachment", [problem])
+    return parse_query(str(sample.key_expr)), envelope

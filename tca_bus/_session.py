@@ -37,26 +37,53 @@ LEASE_MS = 2000
 NO_SHARED_MEMORY = {"enabled": False}
 """Our messages are small, and a killed process would leave its pool of 16 MB in /dev/shm."""
 
+LOOPBACK = "tcp/127.0.0.1:0"
+"""Where a module with direct links listens: on a free port of this host only."""
+
 SETTLE_TIMEOUT = 1.0
 """Wall seconds after which a look-up that got no answer counts as done."""
 
 MAILBOX_SIZE = 4096
 
 
-def client_config(options: BusOptions, module: str = "", *, once: bool = False) -> zenoh.Config:
-    """The Zenoh configuration of a module: a client of one router, no discovery.
+def session_config(options: BusOptions, module: str = "", *, once: bool = False) -> zenoh.Config:
+    """The Zenoh configuration of a module: of a client, or of a peer when links are direct.
 
     With ``once`` it tries to connect once and does not wait for long.
     """
+    if options.is_direct:
+        return peer_config(options)
+    return client_config(options, module, once=once)
+
+
+def client_config(options: BusOptions, module: str = "", *, once: bool = False) -> zenoh.Config:
+    """The Zenoh configuration of a client of one router, without discovery."""
+    settings = {"mode": "client"} | _scouting(gossip=False)
+    return _config(options, settings, module, once=once)
+
+
+def peer_config(options: BusOptions) -> zenoh.Config:
+    """The Zenoh configuration of a peer, which learns from the router where the others listen."""
+    listening = {"mode": "peer", "listen": {"endpoints": [LOOPBACK], "exit_on_failure": True}}
+    return _config(options, listening | _scouting(gossip=True))
+
+
+def _scouting(*, gossip: bool) -> dict[str, Any]:
+    methods = {"multicast": {"enabled": False}, "gossip": {"enabled": gossip}}
+    return {"scouting": {"delay": 0, **methods}}
+
+
+def _config(
+    options: BusOptions, settings: dict[str, Any], module: str = "", *, once: bool = False
+) -> zenoh.Config:
     credentials = credentials_for(options, module).transport
-    settings: dict[str, Any] = {
-        "mode": "client",
+    common: dict[str, Any] = {
         "connect": {
             "endpoints": [options.connect],
             "timeout_ms": 0 if once else OPEN_SLICE_MS,
+            "exit_on_failure": True,
             "retry": RETRY,
         },
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True},
         "transport": {
             **credentials,
@@ -66,7 +93,7 @@ def client_config(options: BusOptions, module: str = "", *, once: bool = False) 
         },
     }
     try:
-        return zenoh.Config.from_json5(json.dumps(settings))
+        return zenoh.Config.from_json5(json.dumps(settings | common))
     except zenoh.ZError as error:
         raise ConfigError("--connect", options.connect, f"a Zenoh endpoint ({error})") from error
 
@@ -74,8 +101,9 @@ def client_config(options: BusOptions, module: str = "", *, once: bool = False) 
 class Session:
     """A Zenoh session as an async context manager.
 
-    ``is_up`` says whether the router is reachable; `connected` waits for it. ``on_transport`` is
-    called on the loop with True when the router is back and False when it is lost.
+    ``is_up`` says whether the router is reachable; `connected` waits for it. ``can_send`` says
+    whether what is sent now can arrive somewhere: direct links outlive the router. ``on_transport``
+    is called on the loop with True when the router is back and False when it is lost.
 
     Raises:
         BusGoneError: On entering, no router answered within ``options.connect_timeout``.
@@ -90,6 +118,8 @@ class Session:
         self._module = module
         self._on_transport = on_transport
         self._up = asyncio.Event()
+        self.is_direct = options.is_direct
+        self.can_send = False
         self.zenoh: zenoh.Session
         # Zenoh's own flag waits for a lock without giving up the GIL: if a callback that runs
         # under that lock needs the GIL, both wait for ever.
@@ -98,7 +128,7 @@ class Session:
 
     async def __aenter__(self) -> Self:
         self.zenoh = await self._open()
-        self._up.set()
+        self._set_up(is_up=True)
         box = Mailbox[zenoh.TransportEvent](self._transport_event, size=MAILBOX_SIZE)
         self.zenoh.info.declare_transport_events_listener(Callback(box.post), history=False)
         return self
@@ -114,6 +144,7 @@ class Session:
     async def close(self) -> None:
         """Close the session; harmless when it is closed."""
         self._up.clear()
+        self.can_send = False
         self.is_closed = True
         try:
             await asyncio.to_thread(self.zenoh.close)
@@ -138,6 +169,11 @@ class Session:
     async def connected(self) -> None:
         """Wait until the router is reachable."""
         await self._up.wait()
+
+    async def sendable(self) -> None:
+        """Wait until what is sent can arrive somewhere."""
+        if not self.is_direct:
+            await self._up.wait()
 
     def has_router(self) -> bool:
         """Ask Zenoh itself, for the moment before its event has arrived."""
@@ -173,7 +209,7 @@ class Session:
         await done.wait()
 
     async def _open(self) -> zenoh.Session:
-        config = client_config(self._options, self._module)
+        config = session_config(self._options, self._module)
         deadline = time.monotonic() + self._options.connect_timeout
         while True:
             try:
@@ -193,17 +229,25 @@ class Session:
             raise RefusedError(f"joining the bus at {options.connect} as {self._module!r}", why)
 
     def _transport_event(self, event: zenoh.TransportEvent) -> None:
+        if event.transport.whatami != zenoh.WhatAmI.ROUTER:
+            return
         is_up = event.kind == zenoh.SampleKind.PUT
         if is_up == self._up.is_set():
             return
+        self._set_up(is_up=is_up)
         if is_up:
-            self._up.set()
             logger.info("router at %s is back", self.endpoint)
         else:
-            self._up.clear()
             self.outages += 1
             logger.warning("router at %s is lost", self.endpoint)
         self._on_transport(is_up)
+
+    def _set_up(self, *, is_up: bool) -> None:
+        if is_up:
+            self._up.set()
+        else:
+            self._up.clear()
+        self.can_send = is_up or self.is_direct
 
 
 def _ignore(_: zenoh.Reply) -> None:

@@ -180,9 +180,9 @@ class TaskSender:
             handle.ask_again()
 
 
-def decode_status(payload: Any) -> TaskStatus:
+def decode_status(payload: Any) -> tuple[TaskStatus]:
     """Validate a published task state."""
-    return decode_answer(payload, _STATUS, "tca.status")  # type: ignore[no-any-return]
+    return (decode_answer(payload, _STATUS, "tca.status"),)
 
 
 def new_task_id(sender: str) -> str:

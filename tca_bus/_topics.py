@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import zenoh
 from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._core import Core
-from tca_bus._envelope import Envelope, begin_handling, new_envelope, read_envelope
+from tca_bus._envelope import Envelope, begin_handling, new_stamp, read_envelope
 from tca_bus._errors import InvalidMessageError
 from tca_bus._handlers import Handler, Handlers
 from tca_bus._keys import parse_sender
 from tca_bus._messages import Message, MessageClass
+from tca_bus._outlets import Outlets
 from tca_bus._serving import ContextFactory
 from tca_bus._session import MAILBOX_SIZE
 from tca_bus._subscription import Subscription
-from tca_bus._wire import Payload, decode_message
+from tca_bus._wire import Payload, decode_messages
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
-class Arrival(Generic[T]):
+class Arrival(NamedTuple, Generic[T]):
     """A decoded message with where it came from."""
 
     value: T
@@ -34,7 +33,8 @@ class Arrival(Generic[T]):
 
 
 Sink = Callable[[Arrival[Any]], None]
-Decode = Callable[[Payload], Any]
+Decode = Callable[[Payload], Sequence[Any]]
+"""Gives the messages in a payload: one, or many that were sent together."""
 
 
 class Topic:
@@ -53,12 +53,14 @@ class Topic:
         sender = parse_sender(str(sample.key_expr))
         try:
             envelope = read_envelope(attachment_of(sample))
-            arrival = Arrival(self._decode(payload_of(sample)), sender, envelope)
+            values = self._decode(payload_of(sample))
         except InvalidMessageError as error:
             self._core.tally.note_invalid(error, sender=sender)
             return
-        for sink in list(self.sinks):
-            sink(arrival)
+        for value in values:
+            arrival = Arrival(value, sender, envelope)
+            for sink in list(self.sinks):
+                sink(arrival)
 
     def end(self) -> None:
         """Undeclare the subscriber."""
@@ -74,6 +76,7 @@ class Topics:
         self._core = core
         self._context = context
         self._topics: dict[str, Topic] = {}
+        self._broadcasts = Outlets(core.session, block=False)
         self._lost = 0
         core.tally.counters["sent while the router was away"] = lambda: self._lost
 
@@ -82,15 +85,19 @@ class Topics:
         self._core.permissions.check_sending(self._core.name, name, len(payload.data))
         self._core.tapping.sent(name, payload)
         key = self._core.keys.one_way(kind.value, name, self._core.name)
-        self.send(key, payload, block=kind == MessageClass.INFORM)
-
-    def send(self, key: str, payload: Payload, *, block: bool = True) -> None:
-        """Send on a key; with ``block`` it is not dropped when the link is congested."""
-        if not self._core.session.is_up:
+        if not self._core.session.can_send:
             self._lost += 1
             return
-        attachment = new_envelope(self._core.incarnation).model_dump_json().encode()
-        self._core.session.put(key, payload, attachment=attachment, block=block)
+        outlets = self._core.outlets if kind == MessageClass.INFORM else self._broadcasts
+        outlets.at(key).put(payload, new_stamp(self._core.incarnation).attachment)
+
+    def send(self, key: str, payload: Payload) -> None:
+        """Send on a key that is used once or twice; not dropped when the link is congested."""
+        if not self._core.session.can_send:
+            self._lost += 1
+            return
+        attachment = new_stamp(self._core.incarnation).attachment
+        self._core.session.put(key, payload, attachment=attachment, block=True)
 
     def listen(self, key: str, decode: Decode, sink: Sink) -> Callable[[], None]:
         """Hand everything on ``key`` to ``sink``; gives a function that ends it."""
@@ -113,7 +120,7 @@ class Topics:
         is_inform = kind == MessageClass.INFORM
         self._core.permissions.check_listening(self._core.name, name, is_inform=is_inform)
         key = self._core.keys.one_way(kind.value, name, "*")
-        return self.listen(key, lambda payload: decode_message(payload, message_type), sink)
+        return self.listen(key, lambda payload: decode_messages(payload, message_type), sink)
 
     async def handle(
         self, handler: Handler, handlers: Handlers, arrivals: Subscription[Arrival[Any]]

@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Generic, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from pydantic import TypeAdapter
 
@@ -153,5 +153,5 @@ def reading_of(variable: Variable[T], state: VariableState) -> Reading[T]:
     return Reading(value, state.sequence, state.writer, state.changed)
 
 
-def _decode(payload: Payload) -> Any:
-    return decode_answer(payload, _STATE, "tca.variable")
+def _decode(payload: Payload) -> tuple[VariableState]:
+    return (decode_answer(payload, _STATE, "tca.variable"),)

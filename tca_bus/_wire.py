@@ -6,11 +6,13 @@ The Zenoh encoding names the message and its revision: ``application/json;xavier
 
 from __future__ import annotations
 
+import contextlib
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
@@ -25,10 +27,15 @@ FRAME_TYPE = "application/x-tca-frame"
 REPLY_SUFFIX = ".reply"
 """Appended to a message's name in the encoding of its answer."""
 
+MOST_TOGETHER = 256
+"""Messages in one payload, when many are sent together."""
+
 MessageT = TypeVar("MessageT", bound=Message)
 
 ANYTHING: TypeAdapter[Any] = TypeAdapter(Any)
 """Takes any JSON value."""
+
+_ANY_LIST = TypeAdapter(list[Any])
 
 FIELDS = TypeAdapter(dict[str, Any])
 """Takes any JSON object."""
@@ -37,8 +44,7 @@ MOST_DIGITS = 10
 """A revision has fewer."""
 
 
-@dataclass(frozen=True, slots=True)
-class Payload:
+class Payload(NamedTuple):
     """Bytes and what they are."""
 
     data: bytes
@@ -57,12 +63,18 @@ def build(message_type: type[MessageT], **fields: Any) -> MessageT:
         raise InvalidMessageError(message_type.wire_name, problems_of(error)) from error
 
 
+@cache
+def json_encoding(message_type: type[Message], suffix: str = "") -> str:
+    """The Zenoh encoding of a message type, or of its answers, when they are JSON."""
+    return f"{JSON_TYPE};{message_type.wire_name}{suffix}@{message_type.revision}"
+
+
 def encode_message(message: Message) -> Payload:
     """Encode a message: JSON, or a frame if its type has array fields."""
-    tag = f"{message.wire_name}@{message.revision}"
-    if array_fields(type(message)):
-        return _frame(message, tag)
-    return Payload(message.model_dump_json().encode(), f"{JSON_TYPE};{tag}")
+    kind = type(message)
+    if array_fields(kind):
+        return _frame(message, f"{kind.wire_name}@{kind.revision}")
+    return Payload(message_adapter(kind).serializer.to_json(message), json_encoding(kind))
 
 
 def encode_answer(
@@ -73,7 +85,7 @@ def encode_answer(
     if isinstance(answer, BaseModel) and array_fields(type(answer)):
         return _frame(answer, f"{name}@{message.revision}")
     if told is None or told == message.revision:
-        return Payload(adapter.dump_json(answer), f"{JSON_TYPE};{name}@{message.revision}")
+        return Payload(adapter.serializer.to_json(answer), json_encoding(message, REPLY_SUFFIX))
     plain, revision = answer_for(message, told, adapter.dump_python(answer, mode="json"))
     return Payload(json.dumps(plain).encode(), f"{JSON_TYPE};{name}@{revision}")
 
@@ -89,9 +101,13 @@ def decode_message(payload: Payload, message_type: type[Message]) -> Message:
     Raises:
         InvalidMessageError: It is none; the error names fields, values and what was expected.
     """
+    adapter = message_adapter(message_type)
+    if payload.encoding == json_encoding(message_type):
+        # Nearly all; what does not fit is looked at more closely below.
+        with contextlib.suppress(ValidationError):
+            return adapter.validator.validate_json(payload.data)  # type: ignore[no-any-return]
     name = message_type.wire_name
     told = _told_revision(payload.encoding, name)
-    adapter = message_adapter(message_type)
     try:
         return understand(
             message_type,
@@ -101,6 +117,41 @@ def decode_message(payload: Payload, message_type: type[Message]) -> Message:
         )
     except ValidationError as error:
         raise InvalidMessageError(name, problems_of(error)) from error
+
+
+def encode_messages(messages: Sequence[MessageT]) -> list[Payload]:
+    """Encode messages of one type as few payloads: JSON arrays of at most `MOST_TOGETHER`.
+
+    Those with array fields are a payload each.
+    """
+    kind = type(messages[0])
+    if array_fields(kind):
+        return [encode_message(message) for message in messages]
+    write = _list_adapter(kind).serializer.to_json
+    parts = [messages[i : i + MOST_TOGETHER] for i in range(0, len(messages), MOST_TOGETHER)]
+    return [Payload(write(list(part)), json_encoding(kind)) for part in parts]
+
+
+def decode_messages(payload: Payload, message_type: type[Message]) -> Sequence[Message]:
+    """Validate a payload as one message, or as an array of them.
+
+    Raises:
+        InvalidMessageError: It is neither, or one of them does not fit: then none is taken.
+    """
+    if not payload.data.startswith(b"["):
+        return (decode_message(payload, message_type),)
+    name = message_type.wire_name
+    told = _told_revision(payload.encoding, name)
+    if told in {None, message_type.revision}:
+        return _decode(payload, _list_adapter(message_type), name)  # type: ignore[no-any-return]
+    items = _decode(payload, _ANY_LIST, name)
+    parts = [Payload(json.dumps(item).encode(), payload.encoding) for item in items]
+    return [decode_message(part, message_type) for part in parts]
+
+
+@cache
+def _list_adapter(message_type: type[Message]) -> TypeAdapter[list[Message]]:
+    return TypeAdapter(list[message_type])  # type: ignore[valid-type]
 
 
 def told_revision(payload: Payload) -> int | None:
@@ -175,7 +226,7 @@ def _decode(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
 def _validate(payload: Payload, adapter: TypeAdapter[Any], name: str) -> Any:
     if payload.encoding.startswith(FRAME_TYPE):
         return adapter.validate_python(_frames().decode_frame(payload.data, name))
-    return adapter.validate_json(payload.data)
+    return adapter.validator.validate_json(payload.data)
 
 
 def _fields(payload: Payload, name: str) -> dict[str, Any]:

@@ -45,6 +45,8 @@ class BusFlags:
     """Name with which to join a router that asks for one; without it that of --keys."""
     password: Annotated[str | None, Parameter(env_var="TCA_PASSWORD")] = None
     """Password of --user; better in the environment, where others do not see it."""
+    links: Annotated[Literal["router", "direct"], Parameter(env_var="TCA_LINKS")] = "router"
+    """How messages travel: through the router, or directly between modules of this host."""
 
     @property
     def level(self) -> str:
@@ -68,4 +70,5 @@ def bus_options(flags: BusFlags) -> BusOptions:
         keys=flags.keys,
         user=flags.user,
         password=None if flags.password is None else SecretStr(flags.password),
+        links=flags.links,
     )

@@ -1,9 +1,10 @@
-"""A module to be killed: ``python bus_victim.py ENDPOINT REALM``."""
+"""A module to be killed: ``python bus_victim.py ENDPOINT REALM [LINKS]``."""
 
 from __future__ import annotations
 
 import asyncio
 import sys
+from typing import Literal
 
 from tca_bus import BusOptions, Command, Module, Query
 
@@ -25,8 +26,9 @@ class Retoil(Command[int]):
     on_module_lost = "resend"
 
 
-async def main(endpoint: str, realm: str) -> None:
-    module = Module("victim", options=BusOptions(connect=endpoint, realm=realm))
+async def main(endpoint: str, realm: str, links: Literal["router", "direct"] = "router") -> None:
+    options = BusOptions(connect=endpoint, realm=realm, links=links)
+    module = Module("victim", options=options)
 
     async def forever(message, context):
         await asyncio.Event().wait()

@@ -1,75 +1,187 @@
-"""Linked routers make one bus, whichever is there first."""
+"""Direct links: modules that reach each other without the router, and those that need it."""
 
 from __future__ import annotations
 
 import asyncio
 import sys
 from contextlib import asynccontextmanager
+from pathlib import Path
 
 import pytest
+import zenoh
+from bus_victim import Sleep
 
-from tca_bus import BusOptions, ConfigError, Module, Query, Router
-from tca_bus.cli.tca import app
-from tca_bus.launcher import RouterListening
-from tca_bus.testing import FREE_PORT, eventually
+from tca_bus import (
+    Broadcast,
+    BusGoneError,
+    BusOptions,
+    Inform,
+    Module,
+    PeerLostError,
+    Query,
+    Router,
+)
+from tca_bus.cli._flags import BusFlags, bus_options
+from tca_bus.testing import eventually
 
-pytestmark = pytest.mark.bus
+VICTIM = Path(__file__).with_name("bus_victim.py")
 
 
-class Where(Query[str]):
-    pass
+class Ask(Query[int]):
+    number: int
 
 
-def guide(options):
-    module = Module("guide", options=options)
+class Tell(Inform):
+    number: int
 
-    @module.handler(Where)
-    async def where(message, context):
-        return "here"
+
+class Shout(Broadcast):
+    number: int
+
+
+class MortalRouter:
+    """A router that the test can kill and start again on its endpoint."""
+
+    def __init__(self):
+        self._router = Router("tcp/127.0.0.1:0")
+
+    async def __aenter__(self):
+        await self._router.__aenter__()
+        self.options = BusOptions(connect=self._router.endpoint, realm="links", links="direct")
+        return self
+
+    async def __aexit__(self, *_):
+        await self._router.__aexit__(None, None, None)
+
+    async def die(self):
+        await self._router.__aexit__(None, None, None)
+
+    async def rise(self):
+        self._router = Router(self.options.connect)
+        await self._router.__aenter__()
+
+
+@pytest.fixture
+async def router():
+    async with MortalRouter() as router:
+        yield router
+
+
+def server(options, told=None, name="server"):
+    module = Module(name, options=options)
+
+    @module.handler(Ask)
+    async def ask(message, context):
+        return message.number + 1
+
+    @module.handler(Tell)
+    async def tell(message, context):
+        told.append(message.number)
 
     return module
 
 
-async def test_modules_of_linked_routers_meet():
-    async with Router(FREE_PORT) as near, Router(FREE_PORT, links=[near.endpoint]) as far:
-        here, there = (BusOptions(connect=r.endpoint, realm="linked") for r in (near, far))
-        async with guide(there), Module("asker", options=here) as asker:
-            await asker.wait_for(Where, timeout=10.0)
-            assert await asker.query(Where()) == "here"
+def peers(module):
+    transports = module._parts.core.session.zenoh.info.transports()
+    return [one for one in transports if one.whatami == zenoh.WhatAmI.PEER]
 
 
-@pytest.mark.process
-async def test_a_router_starts_without_its_link_and_finds_it_again_and_again():
-    async with Router(FREE_PORT) as first:
-        near = BusOptions(connect=first.endpoint, realm="linked")
-    async with Router(FREE_PORT, links=[near.connect]) as router:
-        far = BusOptions(connect=router.endpoint, realm="linked")
-        async with guide(far) as module:
-            for _ in range(2):
-                async with router_process(near), Module("asker", options=near) as asker:
-                    await asker.wait_for(Where, timeout=20.0)
-                    assert await asker.query(Where()) == "here"
-                await eventually(lambda: [m.name for m in module.modules()] == ["guide"])
+async def linked(module):
+    await module.wait_for(Ask, timeout=10.0)
+    await eventually(lambda: peers(module))
+
+
+@pytest.mark.bus
+async def test_linked_modules_go_on_while_the_router_is_away(router):
+    told: list[int] = []
+    options = router.options
+    async with server(options, told) as one, Module("asker", options=options) as asker:
+        await linked(asker)
+        assert await asker.query(Ask(number=1)) == 2
+        await router.die()
+        await eventually(lambda: not asker.is_connected and not one.is_connected)
+        assert await asker.query(Ask(number=2)) == 3
+        await asker.inform(Tell(number=4))
+        await eventually(lambda: told == [4])
+        async with asker.subscribe(Shout) as shouts:
+            await one.broadcast(Shout(number=5))
+            assert (await shouts.get()).number == 5
+        assert [module.name for module in asker.modules()] == ["asker", "server"]
+
+
+@pytest.mark.bus
+async def test_linked_modules_meet_newcomers_when_the_router_is_back(router):
+    options = router.options
+    async with server(options, []), Module("asker", options=options) as asker:
+        await linked(asker)
+        await router.die()
+        await eventually(lambda: not asker.is_connected)
+        await router.rise()
+        await asker.connected()
+        async with server(options, [], name="newcomer"):
+            await eventually(lambda: len(asker.modules()) == 3)
+            assert await asker.query(Ask(number=1), to="newcomer") == 2
+            assert await asker.query(Ask(number=2), to="server") == 3
+
+
+@pytest.mark.bus
+async def test_a_module_without_links_is_reached_through_the_router(router):
+    through = router.options.model_copy(update={"links": "router"})
+    async with server(through, []) as far, Module("asker", options=router.options) as asker:
+        await asker.wait_for(Ask, timeout=10.0)
+        assert await asker.query(Ask(number=1)) == 2
+        assert not peers(asker)
+        async with far.subscribe(Shout) as shouts:
+            await asker.broadcast(Shout(number=5))
+            assert (await shouts.get()).number == 5
+
+
+@pytest.mark.bus
+async def test_a_module_without_links_is_not_lost_while_the_router_is_away(router):
+    through = router.options.model_copy(update={"links": "router"})
+    async with (
+        server(through, []),
+        Module("asker", options=router.options) as asker,
+        asker.watch_modules() as changes,
+    ):
+        await asker.wait_for(Ask, timeout=10.0)
+        await router.die()
+        await eventually(lambda: not asker.is_connected)
+        with pytest.raises(BusGoneError):
+            await asker.query(Ask(number=1), timeout=0.2)
+        later = asyncio.create_task(asker.query(Ask(number=2), timeout=30.0))
+        await router.rise()
+        assert await later == 3
+        assert {(await changes.get()).module.name for _ in range(2)} == {"asker", "server"}
+        assert changes.waiting == 0
 
 
 @asynccontextmanager
-async def router_process(options):
-    arguments = ["-m", "tca_bus", "router", "--connect", options.connect]
-    process = await asyncio.create_subprocess_exec(sys.executable, *arguments)
+async def victim(options):
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, str(VICTIM), options.connect, options.realm, options.links
+    )
     try:
-        await RouterListening(options).wait(process.pid)
-        yield
+        yield process
     finally:
-        process.kill()
+        if process.returncode is None:
+            process.kill()
         await process.wait()
 
 
-def test_a_link_that_is_no_endpoint_is_refused():
-    with pytest.raises(ConfigError, match="--link"):
-        Router(FREE_PORT, links=["nowhere"])
+@pytest.mark.bus
+@pytest.mark.process
+async def test_a_linked_module_that_is_killed_is_lost(router):
+    async with Module("asker", options=router.options) as asker, victim(router.options) as it:
+        await asker.wait_for(Sleep, timeout=20.0)
+        await eventually(lambda: peers(asker))
+        query = asyncio.create_task(asker.query(Sleep(), timeout=20.0))
+        await eventually(lambda: len(asker._parts.caller._asking._pending) == 1)
+        it.kill()
+        with pytest.raises(PeerLostError, match="'victim'"):
+            await query
 
 
-def test_links_are_flags():
-    tokens = ["router", "--link", "tcp/10.0.0.1:7447", "--link", "tcp/10.0.0.2:7447"]
-    _, bound, _ = app.parse_args(tokens)
-    assert bound.arguments["link"] == ["tcp/10.0.0.1:7447", "tcp/10.0.0.2:7447"]
+def test_the_flag_chooses_the_links():
+    assert bus_options(BusFlags(links="direct")).is_direct
+    assert not bus_options(BusFlags()).is_direct

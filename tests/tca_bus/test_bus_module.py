@@ -59,6 +59,14 @@ class Note(Inform):
     number: int
 
 
+class Unheard(Inform):
+    pass
+
+
+class Said(Broadcast):
+    text: str
+
+
 class Scan(Broadcast):
     ranges: Float32Array
 
@@ -472,3 +480,36 @@ async def test_simulated_time_comes_over_the_bus_and_waits_are_announced(options
         assert navigate.clock.now() == 1002.0
         while (await waits.get()).until is not None:
             pass
+
+
+async def test_many_informs_at_once_arrive_in_order_each_by_itself(options):
+    server = Module("server", options=options)
+    got: list[int] = []
+
+    @server.handler(Note)
+    async def note(message, context):
+        assert context.sender == "sender"
+        got.append(message.number)
+
+    async with server, Module("sender", options=options) as sender:
+        await sender.inform_many([Note(number=number) for number in range(600)])
+        await sender.inform(Note(number=600))
+        await sender.inform_many([])
+        await eventually(lambda: len(got) == 601)
+        assert got == list(range(601))
+        with pytest.raises(NoHandlerError):
+            await sender.inform_many([Note(number=1), Unheard()])
+
+
+async def test_many_broadcasts_at_once_reach_who_listens_arrays_too(options):
+    async with (
+        Module("robot", options=options) as robot,
+        Module("hearer", options=options) as hearer,
+        hearer.subscribe(Scan) as scans,
+        hearer.subscribe(Said) as said,
+    ):
+        await robot.broadcast_many(
+            [Said(text="a"), Scan(ranges=[1.0]), Scan(ranges=[2.0]), Said(text="b")]
+        )
+        assert [(await scans.get()).ranges.tolist() for _ in range(2)] == [[1.0], [2.0]]
+        assert [(await said.get()).text for _ in range(2)] == ["a", "b"]

@@ -23,7 +23,7 @@ from tca_bus import (
 )
 from tca_bus._answers import AnswerCache
 from tca_bus._bridge import Answer, Mailbox
-from tca_bus._envelope import handled, new_envelope, read_envelope
+from tca_bus._envelope import handled, new_envelope, new_stamp, read_envelope
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys, parse_query, parse_task
 from tca_bus._parts import _no_source
@@ -231,6 +231,22 @@ def test_the_trace_goes_on_from_the_handled_message():
     assert first.traceparent is None
     assert second.traceparent == trace
     assert read_envelope(second.model_dump_json().encode()) == second
+
+
+def test_a_stamp_is_an_id_and_the_envelope_with_it():
+    first, second = new_stamp("01"), new_stamp("01")
+    assert first.id != second.id
+    envelope = read_envelope(first.attachment)
+    assert (envelope.id, envelope.sender) == (first.id, "01")
+    assert (envelope.task, envelope.traceparent) == (None, None)
+    trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
+    inside = envelope.model_copy(update={"task": 'a "task"', "traceparent": trace})
+    token = handled.set(inside)
+    try:
+        below = read_envelope(new_stamp("02").attachment)
+    finally:
+        handled.reset(token)
+    assert (below.sender, below.task, below.traceparent) == ("02", 'a "task"', trace)
 
 
 def test_an_attachment_that_is_none_is_invalid():

@@ -18,13 +18,16 @@ from tca_bus._types import answer_adapter, answer_type
 from tca_bus._wire import (
     FRAME_TYPE,
     JSON_TYPE,
+    MOST_TOGETHER,
     Payload,
     decode_answer,
     decode_message,
+    decode_messages,
     decode_plain,
     encode_answer,
     encode_json,
     encode_message,
+    encode_messages,
 )
 from tca_bus.arrays import Float32Array
 
@@ -71,6 +74,29 @@ def test_json_messages_come_back_equal(x, name):
     payload = encode_message(Place(x=x, name=name))
     assert payload.encoding == f"{JSON_TYPE};place@3"
     assert decode_message(payload, Place) == Place(x=x, name=name)
+
+
+@given(st.lists(st.tuples(st.floats(allow_nan=False), st.text()), min_size=1, max_size=600))
+def test_messages_that_travel_together_come_back_in_order(values):
+    places = [Place(x=x, name=name) for x, name in values]
+    payloads = encode_messages(places)
+    assert len(payloads) == -(-len(places) // MOST_TOGETHER)
+    assert [one for payload in payloads for one in decode_messages(payload, Place)] == places
+
+
+def test_messages_with_arrays_travel_alone_and_one_message_may():
+    scans = [Scan(tick=tick, ranges=[], odom=[]) for tick in range(3)]
+    assert [p.encoding for p in encode_messages(scans)] == [f"{FRAME_TYPE};scan@1"] * 3
+    place = Place(x=1, name="lab")
+    assert list(decode_messages(encode_message(place), Place)) == [place]
+
+
+def test_of_messages_that_travel_together_one_that_does_not_fit_is_named():
+    payload = Payload(b'[{"x": 1, "name": "lab"}, {"x": "far", "name": "lab"}]', JSON_TYPE)
+    with pytest.raises(InvalidMessageError, match=r"1\.x: input should be a valid number"):
+        decode_messages(payload, Place)
+    with pytest.raises(InvalidMessageError, match="revision: expected 3, got 2"):
+        decode_messages(Payload(b'[{"x": 1}]', f"{JSON_TYPE};place@2"), Place)
 
 
 def test_infinite_ranges_survive_in_a_frame_and_in_json():
