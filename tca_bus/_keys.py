@@ -104,6 +104,10 @@ class Keys:
         """All queries to one incarnation of a module."""
         return f"{self.realm}/query/{name}/{incarnation}/**"
 
+    def query_to_all(self, name: str, caller: str) -> str:
+        """The key of a query to every module that is there."""
+        return f"{self.realm}/query/*/*/{name}/{caller}"
+
     def call(self, callee: PresentModule, name: str, caller: str) -> str:
         """The key on which a query to one module is published."""
         return f"{self.realm}/call/{callee.name}/{callee.incarnation}/{name}/{caller}"

@@ -17,6 +17,7 @@ from tca_bus._bridge import Answer, Mailbox, ask, call_on
 from tca_bus._credentials import Credentials, credentials_for
 from tca_bus._diagnosis import Door, explain
 from tca_bus._errors import BusGoneError, ConfigError, RefusedError
+from tca_bus._keys import Keys
 from tca_bus._options import BusOptions
 from tca_bus._wire import Payload
 
@@ -39,6 +40,9 @@ NO_SHARED_MEMORY = {"enabled": False}
 
 LOOPBACK = "tcp/127.0.0.1:0"
 """Where a module with direct links listens: on a free port of this host only."""
+
+NO_MESSAGE, NOBODY = "tca.settle", "-"
+"""A message that no module handles, asked for the sake of the answer that says so."""
 
 SETTLE_TIMEOUT = 1.0
 """Wall seconds after which a look-up that got no answer counts as done."""
@@ -197,15 +201,21 @@ class Session:
         )
 
     async def settle(self, key: str) -> None:
-        """Wait until the router has seen all declarations so far.
+        """Wait until the others have seen all declarations so far.
 
-        A declaration returns before the router knows of it. What is sent on one link arrives in
-        order, so the answer to a look-up of liveliness ``key`` means that the router has it.
+        A declaration returns before anybody knows of it. What is sent on one link arrives in
+        order, so the answer to a look-up of liveliness ``key`` means that the router has it. A
+        module that is linked directly would answer that from what it knows; it is asked itself.
         """
         loop = asyncio.get_running_loop()
         done = asyncio.Event()
         answered = Callback(_ignore, lambda: call_on(loop, done.set), indirect=False)
-        self.zenoh.liveliness().get(key, answered, timeout=SETTLE_TIMEOUT)
+        if self.is_direct:
+            everybody = Keys(self._options.realm).query_to_all(NO_MESSAGE, NOBODY)
+            target = zenoh.QueryTarget.ALL
+            self.zenoh.get(everybody, answered, target=target, timeout=SETTLE_TIMEOUT)
+        else:
+            self.zenoh.liveliness().get(key, answered, timeout=SETTLE_TIMEOUT)
         await done.wait()
 
     async def _open(self) -> zenoh.Session:
