@@ -99,7 +99,7 @@ def router_settings(
         "scouting": {
             "delay": 0,
             "multicast": {"enabled": False},
-            "gossip": {"enabled": True},
+            "gossip": {"enabled": guard is None},
         },
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},
