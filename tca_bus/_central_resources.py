@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ from tca_bus._resource_messages import (
     UnlockResource,
 )
 from tca_bus._resource_report import Report
+from tca_bus._rights import Right
 from tca_bus.resources import HANDLERS, Changes, Ledger, Member
 from tca_bus.tasktree import OWN, GateChanged, full_name
 
@@ -94,11 +96,14 @@ class ResourceDesk:
     async def acquire(self, request: AcquireResources, context: Context) -> HoldStatus:
         """Hold resources, at once or as soon as it is this one's turn."""
         await self._central.ready.wait()
+        if request.kind is HoldKind.LEASE:
+            self._check_may_hold(context.sender, request.names)
         if self.ledger.status(request.id) is None:
             self._check_task(request, context.sender)
             self._look_for(request.incarnation)
         if request.kind is not HoldKind.LEASE:
             request = await self._named_in_full(request)
+            self._check_may_hold(context.sender, request.names)
         await self._carry_out(self.ledger.ask(self._central.now(), context.sender, request))
         return self._status(request.id)
 
@@ -125,13 +130,16 @@ class ResourceDesk:
         """Take a resource from whoever holds it."""
         await self._central.ready.wait()
         await self._until_known(order.name)
-        changes = self.ledger.unlock(self._central.now(), self._resolve(order.name), context.sender)
+        name = self._resolve(order.name)
+        self._check_may_hold(context.sender, [name])
+        changes = self.ledger.unlock(self._central.now(), name, context.sender)
         await self._carry_out(changes)
         return [status for status in changes.statuses if status.state is HoldState.ENDED]
 
     async def declare(self, facts: DeclareResource, context: Context) -> None:
         """Note how many places a thing has."""
         await self._central.ready.wait()
+        self._check_may_hold(context.sender, [facts.name])
         known = self.ledger.book.things.get(facts.name)
         if known is not None and known.capacity != facts.capacity:
             text = "module %s changes the capacity of %s from %d to %d"
@@ -213,6 +221,13 @@ class ResourceDesk:
             for batch in batches:
                 if not batch.done.done():
                     batch.done.set_result(None)
+
+    def _check_may_hold(self, sender: str, names: Iterable[str]) -> None:
+        """Let a module hold what the policy lets it, and the resources of its own handlers."""
+        for full in names:
+            module, mark, name = full.partition(HANDLERS)
+            owner, name = (module, name or module) if mark else (None, full)
+            self._central.permissions.check(sender, Right.LOCK, name, owner=owner)
 
     def _check_task(self, request: AcquireResources, sender: str) -> None:
         """Let a module hold something only for a task that it is handling."""

@@ -31,7 +31,7 @@ from tca_bus._rights import (
 CENTRAL = "central"
 """May do everything: it acts for others, after it has asked the policy itself."""
 
-FROM_CENTRAL = frozenset({"tca.handle", "tca.cancel"})
+FROM_CENTRAL = frozenset({"tca.handle", "tca.cancel", "tca.hold"})
 """Messages of the bus that central alone may send."""
 
 GUARDED = frozenset({"tca.simTime"})
@@ -89,7 +89,7 @@ class Grant(BaseModel):
     edit: Owned = ()
     tap: Owned = ()
     monitor: Names = ()
-    lock: Names = ()
+    lock: Owned = ()
     read: Names = ()
     write: Names = ()
 
@@ -185,7 +185,7 @@ class Policy(BaseModel):
     ) -> Ruling | None:
         owned = name if right == Right.WATCH else owner
         if right in OWN_TASKS and owned is not None and is_owned(owned, module):
-            return Ruling(allowed=True, reason=f"module {module!r} sent it itself")
+            return Ruling(allowed=True, reason=f"it is of module {module!r} itself")
         return None
 
     def _rule_of_grants(self, module: str, right: Right, name: str, owner: str | None) -> Ruling:

@@ -128,12 +128,18 @@ class PresenceFeed:
         if module is None:
             return
         if token.is_put:
-            self._after_event(self.table.put(module, self._loop.time()))
+            self._put(module)
         else:
             if self._is_asking:
                 self._vanished.add(token.key)
             self.table.delete(module, self._loop.time())
             self._after_event([])
+
+    def _put(self, module: PresentModule) -> None:
+        has_returned = self.table.state_of(module.incarnation) is None
+        self._after_event(self.table.put(module, self._loop.time()))
+        if has_returned:
+            self._tell_return(module)
 
     def _module_of(self, token: _Token) -> PresentModule | None:
         try:
@@ -201,7 +207,7 @@ class PresenceFeed:
     def _put_back(self, token: _Token) -> None:
         module = self._module_of(token)
         if module is not None and self.table.state_of(module.incarnation) is None:
-            self._after_event(self.table.put(module, self._loop.time()))
+            self._put(module)
 
 
 def _token_of(sample: zenoh.Sample) -> _Token:

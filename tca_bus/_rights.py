@@ -45,7 +45,8 @@ class Right(enum.StrEnum):
     MONITOR = "monitor"
     """Start a monitor, by its name."""
     LOCK = "lock"
-    """Reserve and lock a resource, by its name."""
+    """Hold, reserve, lock and unlock a thing or the resource of a module's handlers, by its name
+    and, where it has one, its module."""
     READ = "read"
     """Get and watch a shared variable, by its name."""
     WRITE = "write"
@@ -58,14 +59,22 @@ class Right(enum.StrEnum):
 
 
 OWNED = frozenset(
-    {Right.LISTEN, Right.KILL, Right.SUSPEND, Right.PRIORITISE, Right.EDIT, Right.TAP}
+    {
+        Right.LISTEN,
+        Right.KILL,
+        Right.SUSPEND,
+        Right.PRIORITISE,
+        Right.EDIT,
+        Right.TAP,
+        Right.LOCK,
+    }
 )
 
 OF_THINGS = frozenset({Right.LOCK, Right.READ, Right.WRITE})
 """Those that are about the name of a thing, not of a message or a module."""
 
 OWN_TASKS = OWNED - {Right.LISTEN} | {Right.WATCH}
-"""What every module may do with the tasks that it sent itself."""
+"""What every module may do with the tasks that it sent itself, and its handlers' resources."""
 
 
 def is_pattern(text: str) -> bool:

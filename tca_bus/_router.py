@@ -99,7 +99,7 @@ def router_settings(
         "scouting": {
             "delay": 0,
             "multicast": {"enabled": False},
-            "gossip": {"enabled": True},
+            "gossip": {"enabled": guard is None},
         },
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},
@@ -130,7 +130,7 @@ class Router:
 
     Raises:
         ConfigError: An endpoint is none, or something listens there already, or the keys of the
-            guard cannot be used.
+            guard cannot be used, or there are both a guard and links.
     """
 
     def __init__(
@@ -143,6 +143,9 @@ class Router:
         for name, endpoint in [("listen endpoint", listen), *(("--link", link) for link in links)]:
             if not ENDPOINT_PATTERN.fullmatch(endpoint):
                 raise ConfigError(name, endpoint, ENDPOINT_EXPECTED)
+        if guard is not None and links:
+            expected = "none for a router with keys: its rules know modules, not other routers"
+            raise ConfigError("--link", ", ".join(links), expected)
         self.listen = listen
         self.links = tuple(links)
         self.endpoint = listen

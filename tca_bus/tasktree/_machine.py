@@ -265,6 +265,8 @@ class Machine(Failing):
 
     def _report(self, node: Node, event: Reported) -> None:
         """The handler has ended, in one of three ways."""
+        # Its end may come before its beginning is told of.
+        node.started = node.started or event.time
         self._leave_handler(node)
         if self._had_to_stop(node):
             return

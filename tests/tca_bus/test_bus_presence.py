@@ -53,11 +53,11 @@ def test_who_does_not_come_back_with_the_router_is_lost():
 
 def test_with_direct_links_only_those_whose_tokens_vanish_are_suspect():
     table = PresenceTable(own="me")
-    table.put(module("a", "01"))
-    table.put(module("b", "02"))
+    table.put(module("a", "01"), now=0.0)
+    table.put(module("b", "02"), now=0.0)
     table.delete(module("a", "01"), now=1.0)
     table.router_lost(is_direct=True)
-    table.put(module("c", "03"))
+    table.put(module("c", "03"), now=0.0)
     table.delete(module("c", "03"), now=2.0)
     assert [table.state_of(key) for key in ("01", "02", "03")] == [None, True, None]
     assert table.next_expiry() == float("inf")
@@ -69,10 +69,10 @@ def test_with_direct_links_only_those_whose_tokens_vanish_are_suspect():
 def test_what_is_looked_up_follows_every_change():
     table = PresenceTable()
     assert table.named("navigate") is None
-    table.put(module(incarnation="01"))
+    table.put(module(incarnation="01"), now=0.0)
     assert table.named("navigate") == module(incarnation="01")
     assert table.providers("navigateToG") == [module(incarnation="01")]
-    table.put(module(incarnation="02", provides=()))
+    table.put(module(incarnation="02", provides=()), now=0.0)
     assert table.named("navigate") == module(incarnation="02", provides=())
     assert table.providers("navigateToG") == []
     table.delete(module(incarnation="02", provides=()), now=0.0)

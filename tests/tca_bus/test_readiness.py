@@ -65,8 +65,8 @@ def test_a_token_with_something_else_is_none(more):
 
 def test_a_token_that_was_replaced_does_not_come_back():
     table = PresenceTable()
-    table.put(present(number=2, resources=("map",)))
-    assert table.put(present(number=1)) == []
+    table.put(present(number=2, resources=("map",)), now=0.0)
+    assert table.put(present(number=1), now=0.0) == []
     table.delete(present(number=1), now=0.0)
     assert table.resources() == {"a", "map"}
     assert table.state_of("01") is True
@@ -74,7 +74,7 @@ def test_a_token_that_was_replaced_does_not_come_back():
 
 def test_what_a_suspect_offers_is_not_there():
     table = PresenceTable()
-    table.put(present(resources=("map",)))
+    table.put(present(resources=("map",)), now=0.0)
     table.delete(present(resources=("map",)), now=0.0)
     assert table.resources() == set()
 

@@ -37,7 +37,7 @@ def test_the_example_is_read_and_uses_every_kind_of_table(policy_file):
 def test_the_table_of_rights_is_complete():
     rows = re.findall(r"^\| `(\w+)` +\|.*\| ([\w@]+) +\|$", TEXT, re.MULTILINE)
     assert [name for name, _ in rows] == [right.value for right in Right]
-    owned = {name for name, pattern in rows if "@sender" in pattern}
+    owned = {name for name, pattern in rows if "@" in pattern}
     assert owned == {right.value for right in Right if right.is_owned}
 
 

@@ -9,11 +9,12 @@ import pytest
 from mcap.reader import make_reader
 from security_office import REALM, Note, Scan, careless, guarded, make_keys, with_central
 
-from tca_bus import RefusedError, TcaException, Variable
+from tca_bus import ConfigError, Guard, RefusedError, Router, TcaException, Variable
 from tca_bus._access import audible
 from tca_bus._policy import Policy
 from tca_bus._recorder import Backlog, Recorder
 from tca_bus._replayer import Replayer
+from tca_bus._resource_messages import DeclareResource, UnlockResource
 from tca_bus._selection import Selection
 from tca_bus._wire import Payload
 from tca_bus.testing import eventually
@@ -22,6 +23,7 @@ POLICY = {
     "modules": {
         "writer": {"write": ["batt*"], "read": ["*"], "send": ["note", "scan"]},
         "reader": {"read": ["battery"], "serve": ["note"]},
+        "holder": {"lock": ["door*", "*@reader"]},
         "nobody": {},
         "tca": {"listen": ["*"], "watch": ["*"], "read": ["*"]},
     }
@@ -148,6 +150,61 @@ async def test_an_exception_handler_needs_the_right_to_serve(keys):
         with pytest.raises(RefusedError, match="to serve 'unstick'"):
             async with before:
                 pass
+
+
+@pytest.mark.bus
+async def test_lock_without_the_right(keys):
+    async with (
+        with_central(keys, POLICY) as (office, _),
+        office.module("holder") as holder,
+        office.module("reader") as reader,
+        careless(office.module("nobody")) as nobody,
+    ):
+        for module, name in ((nobody, "door"), (holder, "arm"), (reader, "door")):
+            with pytest.raises(RefusedError, match=f"to lock '{name}'"):
+                async with module.acquire(name, timeout=10):
+                    pass
+            with pytest.raises(RefusedError, match=f"to lock '{name}'"):
+                async with module.lock(name, timeout=10):
+                    pass
+        async with holder.acquire("door", timeout=10):
+            with pytest.raises(RefusedError, match="to lock 'door'"):
+                await nobody.query(UnlockResource(name="door"), to="central")
+            with pytest.raises(RefusedError, match="to lock 'door'"):
+                await nobody.query(DeclareResource(name="door", capacity=9), to="central")
+
+
+@pytest.mark.bus
+async def test_a_module_locks_its_own_handlers_and_not_those_of_others(keys):
+    async def note(message, context):
+        pass
+
+    async with (
+        with_central(keys, POLICY) as (office, _),
+        office.module("holder") as holder,
+        office.module("reader") as reader,
+        office.module("writer") as writer,
+    ):
+        reader.serve(Note, note)
+        await writer.wait_for(Note, timeout=10)
+        with pytest.raises(RefusedError, match="to lock 'reader'"):
+            async with writer.lock("reader/", timeout=10):
+                pass
+        for module in (reader, holder):
+            async with module.lock("reader/", timeout=10):
+                pass
+
+
+@pytest.mark.bus
+async def test_only_central_tells_of_holds(keys):
+    async with guarded(keys, POLICY) as office, office.module("writer") as writer:
+        with pytest.raises(RefusedError, match="only central may send"):
+            await writer.broadcast_json("tca.hold", {})
+
+
+def test_a_guarded_router_is_not_linked(keys):
+    with pytest.raises(ConfigError, match="--link"):
+        Router("tls/127.0.0.1:0", guard=Guard(keys), links=["tcp/127.0.0.1:1"])
 
 
 def test_a_selection_shrinks_to_what_may_be_heard():
