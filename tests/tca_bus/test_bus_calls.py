@@ -168,6 +168,8 @@ async def test_a_callee_that_vanished_and_is_back_is_sent_the_same_query_again(o
         before = len(fake.calls.samples)
         await eventually(lambda: len(fake.calls.samples) > before)
         fake.vanish()
+        state_of = asker._parts.core.presence.table.state_of
+        await eventually(lambda: state_of("ff") is None)
         fake.appear()
         await eventually(lambda: len(fake.calls.samples) > before + 1)
         assert len(set(fake.calls.ids()[before:])) == 1
