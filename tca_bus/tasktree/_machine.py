@@ -402,12 +402,7 @@ class Machine(Failing):
 
     def _miss_deadline(self, node: Node) -> None:
         text = f"{node.task.name!r} was not achieved within {node.task.within:g} s"
-        why = failure(node, "deadline_passed", text)
-        if node.handling is Handling.HANDLING:
-            node.doomed = why
-            self._stop(node, text)
-        else:
-            self._fail(node, why)
+        self._doom(node, failure(node, "deadline_passed", text))
 
     def _look_again(self, node: Node) -> None:
         """What waits for its handler may have to wait for something else now."""
