@@ -7,7 +7,8 @@ from typing import Any
 from tca_bus._attachments import BLOCKING, OF_TASKS, Attachment, Tap
 from tca_bus._errors import RefusedError
 from tca_bus._protocol import CENTRAL, Constraint, Handling, SubmitTask
-from tca_bus.tasktree._constraints import check_cycle, check_flags, check_order
+from tca_bus.tasktree._constraints import check_cycle, check_flags
+from tca_bus.tasktree._feasible import check_new, check_order
 from tca_bus.tasktree._machine import Machine
 from tca_bus.tasktree._node import Node
 
@@ -37,21 +38,19 @@ def check_submission(task: SubmitTask, machine: Machine) -> None:
         check_cycle(new, [parent, *machine.ancestors(parent)])
 
 
-def check_orders(task: SubmitTask, machine: Machine) -> None:
-    """Refuse constraints that come with a task that is not in the tree yet.
+def check_constraints(task: SubmitTask, previous: str | None, machine: Machine) -> None:
+    """Refuse a task whose constraints, those that come with it among them, cannot be kept.
 
     Raises:
-        RefusedError: One names neither the task nor one in the tree, or cannot be kept.
+        RefusedError: A constraint does not name the task, or cannot be kept.
     """
     for order in task.orders:
         named = {ref.task for ref in (order.first, order.then) if ref is not None}
-        missing = sorted(id for id in named - {task.id} if id not in machine.nodes)
-        if missing:
-            why = f"task {missing[0]} is not in the tree"
-            raise RefusedError(f"the constraint {order}", why)
         if task.id not in named:
             why = f"it comes with task {task.id} and does not name it"
             raise RefusedError(f"the constraint {order}", why)
+    parent = machine.nodes.get(task.parent) if task.parent is not None else None
+    check_new(task, previous, machine.nodes, root=parent.root if parent else task.id)
 
 
 def check_same(task: SubmitTask, name: str, data: dict[str, Any]) -> None:
@@ -118,8 +117,8 @@ def _check_place(task: SubmitTask, place: Node) -> None:
 __all__ = [
     "ROOT",
     "check_attachment",
+    "check_constraints",
     "check_order",
-    "check_orders",
     "check_parent",
     "check_same",
     "check_submission",

@@ -8,11 +8,9 @@ planning, a command from the start of its achievement and is planned from birth.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import pairwise
-from types import MappingProxyType
 
 from tca_bus._errors import RefusedError
-from tca_bus._orders import Order, Point, PointRef
+from tca_bus._orders import Order, Point
 from tca_bus._protocol import Constraint
 from tca_bus.tasktree._events import Role
 from tca_bus.tasktree._node import Node, PointOf
@@ -20,11 +18,9 @@ from tca_bus.tasktree._node import Node, PointOf
 Edge = tuple[PointOf, PointOf]
 """The first point passes before, or together with, the second."""
 
-HANDLING_POINTS = frozenset({Point.START_HANDLING, Point.END_HANDLING})
-
 
 def own_edges(node: Node) -> Iterator[Edge]:
-    """The constraints of a node between its own points."""
+    """The constraints of a node between its own points; a place has no flags yet."""
     id = node.id
     yield (id, Point.END_HANDLING), (id, Point.END_ACHIEVING)
     yield (id, Point.START_ACHIEVING), (id, Point.END_ACHIEVING)
@@ -34,12 +30,26 @@ def own_edges(node: Node) -> Iterator[Edge]:
     yield (id, Point.START_PLANNING), (id, Point.START_HANDLING)
     yield (id, Point.END_HANDLING), (id, Point.END_PLANNING)
     yield (id, Point.END_PLANNING), (id, Point.END_ACHIEVING)
+    if node.prepared:
+        return
     if Constraint.DELAY_PLANNING in flags_of(node):
         yield (id, Point.START_ACHIEVING), (id, Point.START_PLANNING)
     else:
         yield (id, Point.START_HANDLING), (id, Point.START_ACHIEVING)
     if Constraint.PLAN_FIRST in flags_of(node):
         yield (id, Point.END_PLANNING), (id, Point.START_ACHIEVING)
+
+
+def delayed_edges(node: Node) -> Iterator[tuple[Edge, float]]:
+    """What a place's start of planning waits for holds its start of achievement as well.
+
+    So it is under DELAY_PLANNING, which a place does not know of. Each comes with its delay.
+    """
+    if node.is_goal and Constraint.DELAY_PLANNING in flags_of(node):
+        for source in node.open.get(Point.START_PLANNING, ()):
+            if source.point is not None and source.id != node.id:
+                edge = (source.id, source.point), (node.id, Point.START_ACHIEVING)
+                yield edge, source.delay
 
 
 def parent_edges(node: Node, parent: Node) -> Iterator[Edge]:
@@ -108,72 +118,6 @@ def check_cycle(node: Node, ancestors: Iterable[Node]) -> None:
             raise RefusedError(f"task {node.id}", why)
 
 
-def check_order(order: Order, nodes: Mapping[str, Node]) -> None:
-    """Refuse a constraint that cannot be kept.
-
-    Raises:
-        RefusedError: A task is not in the tree, the later point has passed before the earlier
-            one, or points would wait for each other; it names the points.
-    """
-    refs = [ref for ref in (order.first, order.then) if ref is not None]
-    for ref in refs:
-        if ref.task not in nodes:
-            raise RefusedError(f"the constraint {order}", f"task {ref.task} is not in the tree")
-        if order.relation == "=" and ref.point in HANDLING_POINTS:
-            why = f"{ref} depends on when a handler is free, so it cannot be fixed by '='"
-            raise RefusedError(f"the constraint {order}", why)
-    first, then = order.first, order.then
-    if first is None:
-        return
-    if order.relation == "=" and nodes[first.task].root != nodes[then.task].root:
-        why = "'=' holds between points of one top-level task only"
-        raise RefusedError(f"the constraint {order}", why)
-    has_passed = [ref.point in nodes[ref.task].passed for ref in refs]
-    if order.relation == "=" and has_passed[0] != has_passed[1]:
-        passed = first if has_passed[0] else then
-        raise RefusedError(f"the constraint {order}", f"the {passed} has passed alone")
-    if has_passed[1] and not has_passed[0]:
-        raise RefusedError(f"the constraint {order}", f"the {then} has passed already")
-    if not any(has_passed):
-        _check_path(order, first, then, nodes)
-
-
-def _check_path(order: Order, first: PointRef, then: PointRef, nodes: Mapping[str, Node]) -> None:
-    pairs = [(then, first)] if order.relation != "=" else [(then, first), (first, then)]
-    for start, goal in pairs:
-        path = find_path(nodes, (start.task, start.point), (goal.task, goal.point))
-        if path is not None and not _are_twins(path, nodes, order):
-            words = ", then ".join(f"{point.value} of {id}" for id, point in path)
-            raise RefusedError(f"the constraint {order}", f"these points come in order: {words}")
-
-
-def _are_twins(path: list[PointOf], nodes: Mapping[str, Node], order: Order) -> bool:
-    """Whether the path only says that the points pass together, which `<=` allows."""
-    if order.relation == "<" or order.delay:
-        return False
-    steps = pairwise(path)
-    return all(b in nodes[a[0]].twins.get(a[1], ()) for a, b in steps)
-
-
-def check_together(orders: Iterable[Order], nodes: Mapping[str, Node]) -> None:
-    """Refuse constraints that would make points wait for each other when all are made.
-
-    Raises:
-        RefusedError: It names the points.
-    """
-    added: dict[PointOf, list[PointOf]] = {}
-    for order in orders:
-        if order.first is None:
-            continue
-        first = (order.first.task, order.first.point)
-        then = (order.then.task, order.then.point)
-        path = find_path(nodes, then, first, added)
-        if path is not None and order.relation != "=":
-            words = ", then ".join(f"{point.value} of {id}" for id, point in path)
-            raise RefusedError(f"the constraint {order}", f"these points come in order: {words}")
-        added.setdefault(first, []).append(then)
-
-
 def as_recorded(order: Order, nodes: Mapping[str, Node]) -> Order | None:
     """The constraint as it is recorded: what has passed holds nothing, a delay from it ends then.
 
@@ -188,45 +132,6 @@ def as_recorded(order: Order, nodes: Mapping[str, Node]) -> Order | None:
     if when is None or not order.delay:
         return None
     return Order(then=order.then, at=when + order.delay)
-
-
-def find_path(
-    nodes: Mapping[str, Node],
-    start: PointOf,
-    goal: PointOf,
-    added: Mapping[PointOf, list[PointOf]] = MappingProxyType({}),
-) -> list[PointOf] | None:
-    """A way from a point to one that has to wait for it, perhaps over others; None if none.
-
-    ``added`` are constraints that are not in the tree yet.
-    """
-    came_from: dict[PointOf, PointOf | None] = {start: None}
-    stack = [start]
-    while stack:
-        here = stack.pop()
-        if here == goal:
-            return _trace(came_from, here)
-        for after in [*_after(nodes, here), *added.get(here, ())]:
-            if after not in came_from:
-                came_from[after] = here
-                stack.append(after)
-    return None
-
-
-def _after(nodes: Mapping[str, Node], here: PointOf) -> Iterator[PointOf]:
-    node = nodes.get(here[0])
-    if node is not None:
-        yield from (target for target, _ in node.waiters.get(here[1], ()))
-        yield from node.twins.get(here[1], ())
-        if here[1] is Point.START_HANDLING:
-            yield here[0], Point.END_HANDLING
-
-
-def _trace(came_from: Mapping[PointOf, PointOf | None], end: PointOf) -> list[PointOf]:
-    path = [end]
-    while (before := came_from[path[-1]]) is not None:
-        path.append(before)
-    return path[::-1]
 
 
 def _plans(node: Node) -> bool:

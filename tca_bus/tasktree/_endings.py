@@ -107,6 +107,8 @@ class Endings(Spawning):
             return
         elif parent.handling is Handling.HANDLED:
             self._fail_by_child(parent, child.task.name, why)
+        elif parent.is_interval_monitor:
+            self._doom(parent, _by_child(parent, child.task.name, why))
         else:
             parent.failed[child.id] = why
 
@@ -116,16 +118,18 @@ class Endings(Spawning):
         if tap is not None and tap.on_failure == "fail":
             text = f"the tap {tap.condition} by {tap.listener.name!r} did not let it pass"
             why = failure(parent, "tap_failed", text, cause=child.failure)
-            if parent.handling is Handling.HANDLING:
-                parent.doomed = why
-                self._stop(parent, text)
-            else:
-                self._fail(parent, why)
+            self._doom(parent, why)
+
+    def _doom(self, node: Node, why: Failure) -> None:
+        """Let a node fail, once its handler has stopped."""
+        if node.handling is not Handling.HANDLING:
+            self._fail(node, why)
+        elif node.doomed is None:
+            node.doomed = why
+            self._stop(node, why.text)
 
     def _fail_by_child(self, node: Node, child: str, cause: Failure) -> None:
-        facts = {"cause": cause, "kinds": cause.kinds, "uncaught": cause.uncaught}
-        text = f"{child} below it failed"
-        self._fail(node, failure(node, "child_failed", text).model_copy(update=facts))
+        self._fail(node, _by_child(node, child, cause))
 
     def _expire(self, node: Node) -> None:
         """Let a monitor end: it is tested no more, but what it began goes on."""
@@ -165,6 +169,11 @@ class Endings(Spawning):
     @abstractmethod
     def _recovery_ended(self, node: Node, handler: Node) -> None:
         """The node of an exception handler has ended while its node still fails."""
+
+
+def _by_child(node: Node, child: str, cause: Failure) -> Failure:
+    facts = {"cause": cause, "kinds": cause.kinds, "uncaught": cause.uncaught}
+    return failure(node, "child_failed", f"{child} below it failed").model_copy(update=facts)
 
 
 def failure(

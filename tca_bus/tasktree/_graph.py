@@ -57,8 +57,10 @@ class Graph(ABC):
         if order.first is None:
             self._delay_until(target, point, order.at or 0.0)
         elif order.relation == "=":
-            self._pair(order.first, order.then)
-        else:
+            other = order.first
+            pair = (other.task, waiting_point(self.nodes[other.task], other.point))
+            self._pair(pair, (target.id, point))
+        elif order.delay or not self._are_together(order.first, target, point):
             first = (order.first.task, order.first.point)
             self._connect(first, (target.id, point), order.delay)
 
@@ -87,11 +89,11 @@ class Graph(ABC):
             source.waiters.setdefault(first[1], []).append((then, delay))
         target.open[then[1]][Source(first[0], first[1], delay)] = None
 
-    def _pair(self, one: PointRef, other: PointRef) -> None:
+    def _pair(self, one: PointOf, other: PointOf) -> None:
         for here, there in ((one, other), (other, one)):
-            twins = self.nodes[here.task].twins.setdefault(here.point, [])
-            if (there.task, there.point) not in twins:
-                twins.append((there.task, there.point))
+            twins = self.nodes[here[0]].twins.setdefault(here[1], [])
+            if there not in twins:
+                twins.append(there)
 
     def _delay_until(self, node: Node, point: Point, when: float) -> None:
         if point in node.passed or when <= self.now:
@@ -132,7 +134,12 @@ class Graph(ABC):
                     seen[twin] = None
                     stack.append(twin)
         present = [(self.nodes[id], own_point) for id, own_point in seen if id in self.nodes]
-        return [(node, own_point) for node, own_point in present if own_point not in node.passed]
+        return [(one, own) for one, own in present if own not in one.passed and not one.has_ended]
+
+    def _are_together(self, first: PointRef, node: Node, point: Point) -> bool:
+        """Whether two points pass together anyway, so that none has to wait for the other."""
+        group = self._together(node, point)
+        return any(first == PointRef(task=one.id, point=own) for one, own in group)
 
     def _is_free(self, node: Node, point: Point) -> bool:
         """Whether nothing holds the point any more but perhaps a tap."""

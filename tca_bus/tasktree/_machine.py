@@ -6,8 +6,14 @@ from tca_bus._attachments import Catch, CleanUp, Tap, TapCondition
 from tca_bus._failure import Failure
 from tca_bus._monitor_spec import Condition, MonitorReport
 from tca_bus._orders import Point
-from tca_bus._protocol import Handling, Outcome, SubmitTask
-from tca_bus.tasktree._constraints import own_edges, parent_edges, sibling_edges
+from tca_bus._protocol import Constraint, Handling, Outcome, SubmitTask
+from tca_bus.tasktree._constraints import (
+    delayed_edges,
+    flags_of,
+    own_edges,
+    parent_edges,
+    sibling_edges,
+)
 from tca_bus.tasktree._endings import failure
 from tca_bus.tasktree._events import (
     Abandoned,
@@ -54,8 +60,7 @@ class Machine(Failing):
             sender=event.sender,
             parent=event.parent,
         )
-        node = self._place(event.time, task, Origin(), event.taps)
-        node.prepared = True
+        self._place(event.time, task, Origin(), event.taps, prepared=True)
         self._settle()
 
     def add(self, event: Submitted) -> None:
@@ -151,9 +156,17 @@ class Machine(Failing):
             case CleanUp():
                 node.clean_ups[what.id] = what
 
-    def _place(self, time: float, task: SubmitTask, origin: Origin, taps: tuple[Tap, ...]) -> Node:
+    def _place(
+        self,
+        time: float,
+        task: SubmitTask,
+        origin: Origin,
+        taps: tuple[Tap, ...],
+        *,
+        prepared: bool = False,
+    ) -> Node:
         parent = self.nodes[task.parent] if task.parent is not None else None
-        node = Node(task, time, parent.root if parent else task.id, origin)
+        node = Node(task, time, parent.root if parent else task.id, origin, prepared=prepared)
         self.nodes[node.id] = node
         self._begin(time, node)
         node.open = {point: {} for point in Point}
@@ -184,8 +197,22 @@ class Machine(Failing):
         self._begin(event.time, node)
         node.task, node.prepared = event.task, False
         node.priority = event.task.priority
+        for edge, delay in list(delayed_edges(node)):
+            self._connect(*edge, delay)
         for edge in own_edges(node):
             self._connect(*edge)
+        if Constraint.DELAY_PLANNING in flags_of(node):
+            self._delay_planning(node)
+
+    def _delay_planning(self, node: Node) -> None:
+        """Let the times and the twins of the start of planning hold that of achievement."""
+        here = (node.id, Point.START_PLANNING)
+        for id, point in node.twins.pop(Point.START_PLANNING, ()):
+            self.nodes[id].twins[point].remove(here)
+            self._pair((node.id, Point.START_ACHIEVING), (id, point))
+        for source in list(node.open[Point.START_PLANNING]):
+            if source.alarm:
+                self._delay_until(node, Point.START_ACHIEVING, node.alarms[source.alarm])
 
     def _begin_alive(self, node: Node) -> None:
         task = node.task
@@ -392,12 +419,7 @@ class Machine(Failing):
 
     def _miss_deadline(self, node: Node) -> None:
         text = f"{node.task.name!r} was not achieved within {node.task.within:g} s"
-        why = failure(node, "deadline_passed", text)
-        if node.handling is Handling.HANDLING:
-            node.doomed = why
-            self._stop(node, text)
-        else:
-            self._fail(node, why)
+        self._doom(node, failure(node, "deadline_passed", text))
 
     def _look_again(self, node: Node) -> None:
         """What waits for its handler may have to wait for something else now."""

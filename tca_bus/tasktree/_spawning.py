@@ -7,7 +7,7 @@ from typing import Any
 
 from tca_bus._attachments import FOLLOWERS, GATES, Sending, Tap, TapCondition, TapNotice
 from tca_bus._orders import Point
-from tca_bus._protocol import CENTRAL, SubmitTask
+from tca_bus._protocol import CENTRAL, SubmitTask, TaskState
 from tca_bus.tasktree._effects import Tell
 from tca_bus.tasktree._events import Origin, Role, Submitted
 from tca_bus.tasktree._graph import Graph
@@ -78,21 +78,26 @@ class Spawning(Graph):
         self.sends.append(Submitted(self.now, task, None, origin=origin))
 
     def _send_rites(self, node: Node) -> bool:
-        """Send clean-ups and blocking `WhenKilled` taps, once; whether there were any."""
+        """Send clean-ups, and taps of a kill, once; whether there is anything to wait for."""
         if node.rites or node.attempt == 0:
             return False
         node.rites = True
         for clean_up in node.clean_ups.values():
             origin = Origin(Role.CLEAN_UP, node.id, clean_up.id)
             self._spawn(node, clean_up.sending, origin, data=clean_up.sending.data)
-        killed = [t for t in node.taps.values() if t.condition is TapCondition.WHEN_KILLED]
-        for tap in killed:
+        for tap in _taps_of_kill(node):
             if tap.listener.task_class in {"inform", "broadcast"}:
                 self._tell(node, tap)
             else:
                 origin = Origin(Role.CLEAN_UP, node.id, tap.id)
                 self._spawn(node, tap.listener, origin, data=_told(tap, node))
         return bool(node.alive)
+
+
+def _taps_of_kill(node: Node) -> list[Tap]:
+    if node.fate is not TaskState.KILLED:
+        return []
+    return [tap for tap in node.taps.values() if tap.condition is TapCondition.WHEN_KILLED]
 
 
 def _told(tap: Tap, node: Node) -> dict[str, Any]:

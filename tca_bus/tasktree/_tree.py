@@ -14,12 +14,12 @@ from tca_bus._trace_context import child_traceparent, node_context
 from tca_bus.tasktree._admission import (
     ROOT,
     check_attachment,
+    check_constraints,
     check_order,
-    check_orders,
     check_parent,
     check_submission,
 )
-from tca_bus.tasktree._constraints import as_recorded, check_together
+from tca_bus.tasktree._constraints import as_recorded
 from tca_bus.tasktree._effects import (
     Cancel,
     Dispatch,
@@ -53,6 +53,7 @@ from tca_bus.tasktree._events import (
     Role,
     Submitted,
 )
+from tca_bus.tasktree._feasible import check_together
 from tca_bus.tasktree._machine import Machine
 from tca_bus.tasktree._node import Node
 from tca_bus.tasktree._pools import Pools
@@ -145,7 +146,7 @@ class Tree:
         check_submission(task, self._machine)
         if self._is_made(task.id):
             return
-        check_orders(task, self._machine)
+        check_constraints(task, self._previous(task), self._machine)
         for what in task.attachments:
             check_attachment(what)
         if not task.wait_for_handler and not self._pools.provides(task.name):
@@ -405,7 +406,7 @@ class Tree:
             event = self._with_context(event)
         if event.previous != LAST_SIBLING:
             return event
-        previous = self._previous(event)
+        previous = self._previous(event.task)
         if previous is None:
             return replace(event, previous=None)
         waits = self._machine.nodes[previous].ahead()
@@ -431,9 +432,8 @@ class Tree:
         orders = tuple(order for order in found if order is not None)
         return replace(event, taps=taps, task=event.task.model_copy(update={"orders": orders}))
 
-    def _previous(self, event: Submitted) -> str | None:
+    def _previous(self, task: SubmitTask) -> str | None:
         """The sibling before it that is still there; monitors and taps are passed over."""
-        task = event.task
         if task.monitor is not None and task.monitor.kind != "point":
             return None
         if task.parent is None:

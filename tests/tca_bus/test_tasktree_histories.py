@@ -265,13 +265,18 @@ class Histories(RuleBasedStateMachine):
         self.serial += 1
         self.happen(Prepared(self.time, f"n{self.serial}", "name0", "goal", "a", parent))
 
-    @rule(pick=PICK)
-    def fill(self, pick: int) -> None:
+    @rule(pick=PICK, flags=FLAGS)
+    def fill(self, pick: int, flags: int) -> None:
         places = [id for id in self.living() if self.tree.node(id).prepared]
-        if places:
-            place = self.tree.node(self.pick(places, pick)).task
-            task = place.model_copy(update={"constraints": 0})
-            self.happen(Submitted(self.time, task))
+        if not places:
+            return
+        place = self.tree.node(self.pick(places, pick)).task
+        task = place.model_copy(update={"constraints": flags, "wait_for_handler": 1.0})
+        try:
+            self.tree.check(task)
+        except RefusedError:
+            return
+        self.happen(Submitted(self.time, task))
 
     @rule(condition=CONDITIONS, on_failure=st.sampled_from(["ignore", "fail"]), pick=PICK)
     def tap(self, condition: TapCondition, on_failure: Any, pick: int) -> None:

@@ -2,91 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
+from tree_office import D, F, Office, P, S, only
 
-from tca_bus import Constraint, Failure, NoHandlerError, RefusedError, TaskState
-from tca_bus._protocol import Outcome, SubmitTask
+from tca_bus import NoHandlerError, RefusedError, TaskState
+from tca_bus._protocol import Outcome
 from tca_bus.tasktree import (
     Cancel,
     Dispatch,
-    Effect,
     Ended,
     Freed,
     HandlerMissing,
     KillRequested,
-    ProviderAppeared,
     ProviderLost,
-    Publish,
     Record,
-    Reported,
-    Submitted,
     Taken,
     Tree,
     WaitForHandler,
 )
-
-S, P, F, D = (
-    Constraint.SEQ_ACH,
-    Constraint.SEQ_PLANNING,
-    Constraint.PLAN_FIRST,
-    Constraint.DELAY_PLANNING,
-)
-
-
-class Office:
-    """A tree with one module of great capacity, and short words for what happens to it."""
-
-    def __init__(self, *, capacity: int = 100) -> None:
-        self.tree = Tree()
-        self.time = 0.0
-        self.records: list[Any] = []
-        self.last: dict[str, Any] = {}
-        self.appear("robot", "r1", capacity)
-
-    def apply(self, kind: Any, *arguments: Any, **facts: Any) -> list[Effect]:
-        self.time += 1.0
-        effects = self.tree.apply(kind(self.time, *arguments, **facts))
-        self.records += [effect.event for effect in effects if isinstance(effect, Record)]
-        published = [effect.status for effect in effects if isinstance(effect, Publish)]
-        self.last.update({status.id: status for status in published})
-        return effects
-
-    def appear(self, module: str, incarnation: str, capacity: int = 100) -> list[Effect]:
-        names = ("goal", "command", "again")
-        return self.apply(ProviderAppeared, module, incarnation, dict.fromkeys(names, capacity))
-
-    def goal(self, id: str, parent: str | None = None, flags: int = S, **facts: Any) -> Any:
-        return self.submit(id, "goal", parent, flags, **facts)
-
-    def command(self, id: str, parent: str | None = None, flags: int = S, **facts: Any) -> Any:
-        return self.submit(id, "command", parent, flags, **facts)
-
-    def submit(self, id: str, kind: Any, parent: str | None, flags: int, **facts: Any) -> Any:
-        values = {"name": kind, "data": {}, "sender": "me", **facts}
-        task = SubmitTask(id=id, task_class=kind, parent=parent, constraints=int(flags), **values)
-        self.tree.check(task)
-        return self.apply(Submitted, task)
-
-    def done(self, id: str, **facts: Any) -> list[Effect]:
-        outcome = facts.pop("outcome", Outcome.SUCCESS)
-        attempt = facts.pop("attempt", self.last[id].attempt)
-        return self.apply(Reported, id, attempt, outcome, **facts)
-
-    def fail(self, id: str, name: str = "broken") -> list[Effect]:
-        return self.done(id, outcome=Outcome.FAILURE, failure=Failure(name=name, text="it broke"))
-
-    def handling(self, *ids: str) -> bool:
-        return all(self.last[id].handling == "handling" for id in ids)
-
-    def state(self, id: str) -> TaskState:
-        state: TaskState = self.last[id].state
-        return state
-
-
-def only(effects: list[Effect], kind: Any) -> list[Any]:
-    return [effect for effect in effects if isinstance(effect, kind)]
 
 
 def test_siblings_are_handled_while_the_parent_is_and_a_delayed_one_waits():

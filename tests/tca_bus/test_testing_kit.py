@@ -1,11 +1,6 @@
-"""The testing kit for those who write modules, and the page that shows it."""
+"""The testing kit for those who write modules."""
 
 from __future__ import annotations
-
-import asyncio
-import re
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -21,11 +16,6 @@ from tca_bus import (
     TaskFailedError,
 )
 from tca_bus.testing import ScriptedModule, bus, central, eventually
-
-PAGE = Path(__file__).parents[2] / "docs" / "testing.md"
-PROGRAMS = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-
-SETTINGS = "[pytest]\nasyncio_mode = auto\nasyncio_default_fixture_loop_scope = function\n"
 
 pytestmark = pytest.mark.bus
 
@@ -44,26 +34,6 @@ class Tell(Inform):
 
 class Shout(Broadcast):
     number: int
-
-
-@pytest.mark.process
-@pytest.mark.parametrize("number", range(len(PROGRAMS)))
-async def test_a_program_of_the_page_passes(number, tmp_path):
-    program = tmp_path / "test_shown.py"
-    program.write_text(PROGRAMS[number], encoding="utf-8")
-    settings = tmp_path / "pytest.ini"
-    settings.write_text(SETTINGS, encoding="utf-8")
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "-W", "error", str(tmp_path)),
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.STDOUT,
-    )
-    output, _ = await process.communicate()
-    assert process.returncode == 0, output.decode()
-
-
-def test_the_page_has_programs():
-    assert len(PROGRAMS) >= 3
 
 
 async def test_lines_are_followed_once_each_and_the_last_stays():
