@@ -47,6 +47,7 @@ from tca_bus.tasktree import (
     Publish,
     Record,
     SetAlarm,
+    Taken,
     Tell,
     Tree,
     WaitForHandler,
@@ -58,6 +59,9 @@ NAME = "central"
 
 RETURN_GRACE = 3.0
 """Wall seconds after its start until central takes modules that it does not see for lost."""
+
+UNHURRIED = 0.02
+"""Wall seconds that what nobody waits for may take to be written and told."""
 
 INTRODUCTION_DELAY = 1.0
 """Wall seconds before a module is asked again to introduce itself."""
@@ -169,7 +173,9 @@ class Central:
         Raises:
             RefusedError: The tree will not have it.
         """
-        done = self._enqueue(self.tree.apply(event))
+        # That a handler has begun is worth no commit of its own: its end often comes at once.
+        is_urgent = not isinstance(event, Taken)
+        done = self._enqueue(self.tree.apply(event), is_urgent=is_urgent)
         self._changed.set()
         self._changed = asyncio.Event()
         self.resources.tree_changed()
@@ -219,11 +225,14 @@ class Central:
             found = [*self.recent.values(), *self.tree.statuses()]
         return [status for status in found if sender in {"*", status.sender}]
 
-    def _enqueue(self, effects: list[Effect]) -> asyncio.Future[None]:
+    def _enqueue(self, effects: list[Effect], *, is_urgent: bool = True) -> asyncio.Future[None]:
         self._remember(effects)
         batch = _Batch(effects)
         self._batches.append(batch)
-        self._wake.set()
+        if is_urgent:
+            self._wake.set()
+        else:
+            asyncio.get_running_loop().call_later(UNHURRIED, self._wake.set)
         return batch.done
 
     async def _begin(self) -> None:
@@ -336,6 +345,8 @@ class Central:
             await self._wake.wait()
             self._wake.clear()
             batches, self._batches = self._batches, []
+            if not batches:
+                continue
             effects = [effect for batch in batches for effect in batch.effects]
             await self._write(effects)
             for batch in batches:

@@ -59,7 +59,7 @@ class Desk:
             why = f"it names {task.sender!r} as its sender but comes from {context.sender!r}"
             raise RefusedError(f"task {task.id}", why)
         self._clerk.check_submit(task)
-        ended = await self._ended(task.id)
+        ended = None if task.is_new else await self._ended(task.id)
         if ended is not None:
             check_same(task, ended.name, ended.data)
             return ended

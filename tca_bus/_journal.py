@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import sqlite3
 import time
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 from types import TracebackType
@@ -48,6 +48,8 @@ APPLICATION_ID = 0x54434131
 
 BEGINNINGS = (Submitted, Prepared, Registered)
 """Events with which the records of a root begin."""
+
+INSERT_EVENT = "INSERT INTO events (time, root, task, name, kind, body) VALUES (?, ?, ?, ?, ?, ?)"
 
 MOST_IN_MEMORY = 20_000
 """Events that a journal without a file keeps."""
@@ -105,7 +107,7 @@ class Journal:
         await self._close()
 
     async def write(
-        self, records: Iterable[Record], freed: Iterable[Freed], ended: Iterable[Ended]
+        self, records: Sequence[Record], freed: Sequence[Freed], ended: Sequence[Ended]
     ) -> None:
         """Write what happened in one transaction; it is kept when this returns.
 
@@ -134,15 +136,30 @@ class Journal:
         return value
 
     async def _write(
-        self, records: Iterable[Record], freed: Iterable[Freed], ended: Iterable[Ended]
+        self, records: Sequence[Record], freed: Sequence[Freed], ended: Sequence[Ended]
     ) -> None:
+        """A statement for each table, since each is a hop to the database's thread."""
+        begun: dict[str, bool] = {}
         for record in records:
-            await self._write_record(record)
-        for free in freed:
-            await self._write_end(free)
-        for end in ended:
-            await self._db.execute(
-                "UPDATE roots SET ended = ? WHERE root = ?", (end.time, end.root)
+            is_beginning = isinstance(record.event, BEGINNINGS)
+            begun[record.root] = begun.get(record.root, False) or is_beginning
+        # The end of a forgotten kill must not hide the task that came after all.
+        await self._db.executemany(
+            "INSERT INTO roots (root) VALUES (?1) ON CONFLICT DO UPDATE "
+            "SET ended = CASE WHEN ?2 THEN NULL ELSE ended END",
+            list(begun.items()),
+        )
+        lines = [*map(_line_of, records), *map(_last_line_of, freed)]
+        self._written += len(lines)
+        await self._db.executemany(INSERT_EVENT, lines)
+        if freed:
+            await self._db.executemany(
+                "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
+                [_task_of(free) for free in freed],
+            )
+        if ended:
+            await self._db.executemany(
+                "UPDATE roots SET ended = ? WHERE root = ?", [(end.time, end.root) for end in ended]
             )
         await self._prune()
 
@@ -237,34 +254,9 @@ class Journal:
         subject = root.partition("/")[2]
         await self._insert(event.time, root, subject, names.get(subject, subject), kind, body)
 
-    async def _write_record(self, record: Record) -> None:
-        kind, body = encode_event(record.event)
-        event = record.event
-        query = "INSERT INTO roots (root) VALUES (?) ON CONFLICT DO NOTHING"
-        if isinstance(event, BEGINNINGS):
-            # The end of a forgotten kill must not hide the task that came after all.
-            query = query.replace("NOTHING", "UPDATE SET ended = NULL")
-        await self._db.execute(query, (record.root,))
-        await self._insert(event.time, record.root, event.id, record.name, kind, body)
-
-    async def _write_end(self, free: Freed) -> None:
-        status = free.status
-        when = status.ended or status.created
-        body = status.model_dump_json(exclude={"data", "result"})
-        await self._insert(when, free.root, status.id, status.name, END, body)
-        # Parents are made before their children, and so come first.
-        number = round(status.created * 1e6)
-        await self._db.execute(
-            "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
-            (status.id, free.root, number, status.model_dump_json()),
-        )
-
     async def _insert(self, *values: object) -> None:
         self._written += 1
-        await self._db.execute(
-            "INSERT INTO events (time, root, task, name, kind, body) VALUES (?, ?, ?, ?, ?, ?)",
-            values,
-        )
+        await self._db.execute(INSERT_EVENT, values)
 
     async def _prune(self) -> None:
         """Forget old history when there is no file to hold it."""
@@ -342,6 +334,24 @@ class Journal:
         if self._open is not None:
             await self._open.close()
             self._open = None
+
+
+def _line_of(record: Record) -> tuple[Any, ...]:
+    kind, body = encode_event(record.event)
+    event = record.event
+    return event.time, record.root, event.id, record.name, kind, body
+
+
+def _last_line_of(free: Freed) -> tuple[Any, ...]:
+    status = free.status
+    body = status.model_dump_json(exclude={"data", "result"})
+    return status.ended or status.created, free.root, status.id, status.name, END, body
+
+
+def _task_of(free: Freed) -> tuple[Any, ...]:
+    """A row of the ended tasks; parents are made before their children, and so come first."""
+    status = free.status
+    return status.id, free.root, round(status.created * 1e6), status.model_dump_json()
 
 
 def migrations() -> list[str]:

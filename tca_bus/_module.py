@@ -281,6 +281,7 @@ class Module(PlainMessages, Steering, SharedVariables, ReadyTogether, Holding):
             grace=kind.grace,
             orders=tuple(options.get("orders", ())),
             attachments=tuple(options.get("attach", ())),
+            is_new=not options.get("id"),
         )
         noted = inside.saw_failure if inside else None
         timeout = options.get("timeout", 10.0)

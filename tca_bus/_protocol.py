@@ -154,8 +154,8 @@ class SubmitTask(Query[TaskStatus]):
     ``priority`` is that of the whole task for one at the root, below it that of the message among
     those of the same task. ``within`` is a deadline: that many seconds of central's clock after
     the submission the task fails with ``deadline_passed``. ``grace`` is how many wall seconds its
-    handler has to end when it is told to stop. ``persistent`` tasks are kept in the tree after
-    their end for as long as the top-level task lives.
+    handler has to end when it is told to stop. ``is_new`` says that the sender has just made the
+    id and sends it for the first time, so that the history need not be searched for it.
     """
 
     wire_name = "tca.submit"
@@ -175,7 +175,7 @@ class SubmitTask(Query[TaskStatus]):
     wait_for_handler: float = Field(default=0.0, ge=0)
     within: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     grace: float = Field(default=KILL_GRACE, gt=0, allow_inf_nan=False)
-    persistent: bool = False
+    is_new: bool = False
     orders: tuple[Order, ...] = ()
     attachments: tuple[Attachment, ...] = ()
     monitor: MonitorSpec | None = None

@@ -135,6 +135,7 @@ class TaskSender:
                 if not self._is_out_of_reach(question, error):
                     raise
                 self._give_up_if_late(question, error, deadline, timeout)
+                question = _again(question)
             await asyncio.sleep(RETRY_DELAY)
 
     async def _ask_once(self, question: Query[R], timeout: float) -> R:
@@ -183,6 +184,12 @@ class TaskSender:
 def decode_status(payload: Any) -> tuple[TaskStatus]:
     """Validate a published task state."""
     return (decode_answer(payload, _STATUS, "tca.status"),)
+
+
+def _again(question: Query[R]) -> Query[R]:
+    """The question as it is sent again: central may have had it before."""
+    is_new = getattr(question, "is_new", False)
+    return question.model_copy(update={"is_new": False}) if is_new else question
 
 
 def new_task_id(sender: str) -> str:
