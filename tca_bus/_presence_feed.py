@@ -25,6 +25,9 @@ from tca_bus._tally import Tally
 
 logger = logging.getLogger(__name__)
 
+ASK_AGAIN = 0.1
+"""Wall seconds before Zenoh is asked again that did not answer."""
+
 Listener = Callable[[PresenceChange], None]
 
 
@@ -32,6 +35,14 @@ Listener = Callable[[PresenceChange], None]
 class _Token:
     key: str
     is_put: bool
+
+
+@dataclass
+class _Listing:
+    """What Zenoh answered when it was asked for all tokens, and whether it answered in time."""
+
+    tokens: list[_Token] = field(default_factory=list)
+    is_whole: bool = True
 
 
 @dataclass
@@ -53,6 +64,7 @@ class PresenceFeed:
         self._changed = asyncio.Event()
         self._warned_of: set[str] = set()
         self._loop = asyncio.get_running_loop()
+        self._own_token = ""
         self._is_asking = False
         self._vanished: set[str] = set()
 
@@ -69,21 +81,22 @@ class PresenceFeed:
 
         live = self.session.zenoh.liveliness()
         # Under a subscriber that has no history yet, Zenoh would answer the list with nothing.
-        tokens: list[_Token] = []
-        listed = asyncio.Event()
-        self._list(timeout, tokens, listed.set)
+        listing, listed = _Listing(), asyncio.Event()
+        self._list(timeout, listing, listed.set)
         await asyncio.wait_for(listed.wait(), timeout + 1.0)
         live.declare_subscriber(self.keys.all_presence(), Callback(post), history=True)
-        modules = [module for token in tokens if (module := self._module_of(token)) is not None]
+        modules = [module for token in listing.tokens if (module := self._module_of(token))]
         # Suspects until the history names them too: one may have vanished in between.
         self._after_event(self.table.expect(modules, self._loop.time()))
 
-    def _list(self, timeout: float, tokens: list[_Token], done: Callable[[], None]) -> None:
+    def _list(self, timeout: float, listing: _Listing, done: Callable[[], None]) -> None:
         """Collect all tokens that Zenoh knows of; then ``done`` is called on the loop."""
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                tokens.append(_token_of(reply.ok))
+                listing.tokens.append(_token_of(reply.ok))
+            else:
+                listing.is_whole = False
 
         ending = Callback(on_reply, lambda: call_on(self._loop, done), indirect=False)
         self.session.zenoh.liveliness().get(self.keys.all_presence(), ending, timeout=timeout)
@@ -104,6 +117,7 @@ class PresenceFeed:
 
     def add(self, key: str) -> None:
         """Take a token of this module's own, without waiting for Zenoh to tell of it."""
+        self._own_token = key
         self._take(_Token(key, is_put=True))
 
     def transport_changed(self, is_up: bool) -> None:
@@ -175,11 +189,11 @@ class PresenceFeed:
                 *(other.name, other.pid, other.host),
             )
 
-    def _set_timer(self) -> None:
+    def _set_timer(self, *, earliest: float = 0.0) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        due = self.table.next_expiry()
+        due = max(self.table.next_expiry(), earliest)
         if due < math.inf and not self._is_asking:
             self._timer = self._loop.call_at(due, self._ask_before_giving_up)
 
@@ -189,20 +203,26 @@ class PresenceFeed:
             return
         self._is_asking = True
         self._vanished.clear()
-        asked, tokens = self._loop.time(), list[_Token]()
-        self._list(SETTLE_TIMEOUT, tokens, lambda: self._give_up(tokens, asked))
+        asked, listing = self._loop.time(), _Listing()
+        self._list(SETTLE_TIMEOUT, listing, lambda: self._give_up(listing, asked))
 
-    def _give_up(self, tokens: list[_Token], asked: float) -> None:
+    def _give_up(self, listing: _Listing, asked: float) -> None:
         """Lose the suspects that were due when Zenoh was asked and that it does not know."""
         self._is_asking = False
         if self.session.is_closed:
             return
-        for token in tokens:
+        for token in listing.tokens:
             if token.key not in self._vanished:
                 self._put_back(token)
-        if self.session.is_up and not self.session.has_router():
-            self.table.router_lost(is_direct=self.session.is_direct)
-        self._after_event(self.table.expire(asked))
+        if self._is_answered(listing):
+            self._after_event(self.table.expire(asked))
+        else:
+            self._set_timer(earliest=self._loop.time() + ASK_AGAIN)
+
+    def _is_answered(self, listing: _Listing) -> bool:
+        """Whether the router answered: without it Zenoh lists what it happens to know."""
+        own = not self._own_token or self._own_token in {token.key for token in listing.tokens}
+        return listing.is_whole and own and self.session.has_router()
 
     def _put_back(self, token: _Token) -> None:
         module = self._module_of(token)

@@ -196,6 +196,31 @@ async def test_events_in_the_wrong_order_bury_nobody():
         assert changes.waiting == 0
 
 
+@pytest.mark.bus
+async def test_a_router_that_does_not_answer_buries_nobody(monkeypatch):
+    async with (
+        bus() as options,
+        Module("watcher", options=options) as watcher,
+        Module("other", options=options) as other,
+    ):
+        feed = watcher._open.core.presence
+        await eventually(lambda: feed.table.state_of(other.incarnation))
+        asked = []
+
+        def answer_nothing(timeout, listing, done):
+            asked.append(timeout)
+            listing.is_whole = False
+            done()
+
+        with monkeypatch.context() as silent:
+            silent.setattr(feed, "_list", answer_nothing)
+            feed.transport_changed(False)
+            feed.transport_changed(True)
+            await eventually(lambda: len(asked) > 2)
+            assert feed.table.state_of(other.incarnation) is None
+        await eventually(lambda: feed.table.state_of(other.incarnation))
+
+
 def test_the_key_of_a_token_gives_the_module_back():
     keys = Keys("xavier")
     for entry in (module(), module(provides=()), module(provides=("a.b", "C_say"))):
