@@ -55,6 +55,19 @@ STATUS_ENCODING = "application/json;tca.status@1"
 _STATUS = TypeAdapter(TaskStatus)
 
 
+@dataclass(eq=False)
+class Early:
+    """The newest state of a task that came before its acknowledgement."""
+
+    id: str
+    status: TaskStatus | None = None
+
+    def take(self, status: TaskStatus) -> None:
+        """Keep a state of the task, if it is newer than the one at hand."""
+        if status.id == self.id and (not self.status or status.sequence > self.status.sequence):
+            self.status = status
+
+
 @dataclass
 class TaskSender:
     """Submits tasks and keeps their handles informed."""
@@ -63,6 +76,7 @@ class TaskSender:
     caller: Caller
     topics: Topics
     _handles: WeakValueDictionary[str, TaskHandle[Any]] = field(default_factory=WeakValueDictionary)
+    _early: list[Early] = field(default_factory=list)
     _central_seen: bool = False
     holding: Callable[[], tuple[str, ...]] = tuple
 
@@ -93,9 +107,16 @@ class TaskSender:
         right = Right.MONITOR if task.task_class == "monitor" else Right.SEND
         self.core.permissions.check_task(self.core.name, task.name, task.data, right=right)
         task = task.model_copy(update={"traceparent": sending_traceparent()})
-        status = await self.ask_central(task, timeout=timeout)
+        early = Early(task.id)
+        self._early.append(early)
+        try:
+            status = await self.ask_central(task, timeout=timeout)
+        finally:
+            self._early.remove(early)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
         self._handles[f"{task.id}/{id(handle)}"] = handle
+        if early.status is not None:
+            handle.update(early.status)
         return handle
 
     async def kill(
@@ -165,6 +186,8 @@ class TaskSender:
 
     def _take(self, arrival: Arrival[TaskStatus]) -> None:
         status = arrival.value
+        for early in self._early:
+            early.take(status)
         for handle in list(self._handles.values()):
             if handle.id == status.id:
                 handle.update(status)

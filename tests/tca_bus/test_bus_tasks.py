@@ -25,9 +25,11 @@ from tca_bus import (
     TaskError,
     TaskFailedError,
     TaskState,
+    TaskStatus,
     TimedOutError,
 )
 from tca_bus._presence import VANISH_GRACE
+from tca_bus._protocol import SubmitTask
 from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
@@ -250,3 +252,39 @@ async def test_a_task_whose_module_is_killed_fails_or_goes_to_the_next():
 
         async with relief:
             assert await again.result(timeout=10.0) == 2
+
+
+async def test_a_state_that_is_published_before_the_acknowledgement_arrives_is_not_lost():
+    async with bus() as options:
+        quick, boss = Module("central", options=options), Module("boss", options=options)
+        acknowledged = asyncio.Event()
+
+        @quick.handler(SubmitTask)
+        async def submit(task, context):
+            quick.publish_status(status_of(task, TaskState.ACTIVE, 2))
+            await acknowledged.wait()
+            return status_of(task, TaskState.PENDING, 1)
+
+        async with quick, boss, boss.watch_statuses() as states:
+            await boss.wait_for(SubmitTask, timeout=10.0)
+            sending = asyncio.create_task(boss.execute(Carry(weight=1.0)))
+            assert (await states.get()).state == TaskState.ACTIVE
+            acknowledged.set()
+            assert (await sending).status.state == TaskState.ACTIVE
+
+
+def status_of(task, state, sequence):
+    return TaskStatus(
+        id=task.id,
+        name=task.name,
+        task_class="command",
+        sender=task.sender,
+        parent=None,
+        state=state,
+        handling="handling",
+        planning="planned",
+        achievement="achieving",
+        existence="alive",
+        created=0.0,
+        sequence=sequence,
+    )
