@@ -2,24 +2,10 @@
 
 from __future__ import annotations
 
-from collections import ChainMap, deque
+from collections import deque
 from collections.abc import Iterable
-from dataclasses import replace
 
-from tca_bus._attachments import Attachment, Tap
-from tca_bus._errors import NoHandlerError, RefusedError
-from tca_bus._orders import Order
-from tca_bus._protocol import SubmitTask, TaskStatus
-from tca_bus._trace_context import child_traceparent, node_context
-from tca_bus.tasktree._admission import (
-    ROOT,
-    check_attachment,
-    check_constraints,
-    check_order,
-    check_parent,
-    check_submission,
-)
-from tca_bus.tasktree._constraints import as_recorded
+from tca_bus._attachments import Tap
 from tca_bus.tasktree._effects import (
     Cancel,
     Dispatch,
@@ -32,10 +18,8 @@ from tca_bus.tasktree._effects import (
     WaitForHandler,
 )
 from tca_bus.tasktree._events import (
-    LAST_SIBLING,
     Abandoned,
     Attached,
-    Constrained,
     Deregistered,
     Detached,
     Dispatched,
@@ -53,14 +37,8 @@ from tca_bus.tasktree._events import (
     Role,
     Submitted,
 )
-from tca_bus.tasktree._feasible import check_together
-from tca_bus.tasktree._machine import Machine
 from tca_bus.tasktree._node import Node
-from tca_bus.tasktree._pools import Pools
-from tca_bus.tasktree._registry import Registry
-from tca_bus.tasktree._relevance import concerns
-from tca_bus.tasktree._waits import AnyOf, waits_of
-from tca_bus.tasktree._words import waiting_for
+from tca_bus.tasktree._recording import Recording
 
 TOMBSTONE_SECONDS = 60.0
 """How long a kill is remembered that came before its task."""
@@ -72,7 +50,7 @@ GENERATION_STEP = 1_000_000
 """Sequence numbers begin here times the generation, so that a restart never goes back."""
 
 
-class Tree:
+class Tree(Recording):
     """All task nodes that are alive, and what they wait for.
 
     Pure: `apply` changes the tree and returns what is to be done, in order. The `Record`
@@ -84,21 +62,11 @@ class Tree:
     """
 
     def __init__(self, *, generation: int = 0) -> None:
+        super().__init__()
         self._base = generation * GENERATION_STEP
-        self._pools = Pools()
-        self._machine = Machine(self._pools)
-        self._registry = Registry()
-        self._last_of_sender: dict[str, str] = {}
         self._tombstones: dict[str, KillRequested] = {}
         self._abandoned: dict[tuple[str, int], Node] = {}
         self._changed: dict[str, None] = {}
-        self._is_replaying = False
-
-    def __contains__(self, id: object) -> bool:
-        return id in self._machine.nodes
-
-    def __len__(self) -> int:
-        return len(self._machine.nodes)
 
     def apply(self, event: Event) -> list[Effect]:
         """Let one event happen; gives the effects in the order in which they are due.
@@ -134,157 +102,6 @@ class Tree:
         self._pools.forget_missing()
         self._decide(self._machine.now, deque(), effects)
         return effects
-
-    def check(self, task: SubmitTask) -> None:
-        """Refuse a submission that cannot become a node. A repeated one is fine.
-
-        Raises:
-            RefusedError: the id is taken by another message, the flags contradict each other,
-                the parent takes no children, or the node could never start.
-            NoHandlerError: nobody handles it and it may not wait.
-        """
-        check_submission(task, self._machine)
-        if self._is_made(task.id):
-            return
-        check_constraints(task, self._previous(task), self._machine)
-        for what in task.attachments:
-            check_attachment(what)
-        if not task.wait_for_handler and not self._pools.provides(task.name):
-            raise NoHandlerError(task.name, self._pools.names())
-
-    def check_prepare(self, id: str, parent: str | None) -> None:
-        """Refuse a place that cannot be made.
-
-        Raises:
-            RefusedError: the id stands for the root, or the parent takes no children.
-        """
-        if id == ROOT:
-            raise RefusedError(f"task {ROOT!r}", "that id stands for what is above all tasks")
-        if parent is not None and id not in self:
-            check_parent(id, parent, self._machine)
-
-    def check_order(self, order: Order) -> None:
-        """Refuse a constraint that cannot be kept.
-
-        Raises:
-            RefusedError: it names the points.
-        """
-        check_order(order, self._machine.nodes)
-
-    def check_orders(self, orders: Iterable[Order]) -> None:
-        """Refuse constraints of which each could be kept, but not all together.
-
-        Raises:
-            RefusedError: it names the points that would wait for each other.
-        """
-        check_together(orders, self._machine.nodes)
-
-    def check_attachment(self, what: Attachment) -> None:
-        """Refuse what cannot be attached.
-
-        Raises:
-            RefusedError: it says why.
-        """
-        check_attachment(what)
-
-    def check_kill(self, id: str) -> None:
-        """Refuse to kill what is above all tasks.
-
-        Raises:
-            RefusedError: the id is that of the root.
-        """
-        if id == ROOT:
-            raise RefusedError("killing the root", "it ends only with central; name a task")
-
-    def holds(self, order: Order) -> bool:
-        """Whether a constraint still holds a point back."""
-        nodes = self._machine.nodes
-        then = nodes.get(order.then.task)
-        return then is not None and order.then.point not in then.passed
-
-    def status(self, id: str) -> TaskStatus:
-        """The status of a node.
-
-        Raises:
-            KeyError: there is no such node.
-        """
-        return self._status(self._machine.nodes[id])
-
-    def statuses(self, id: str | None = None) -> list[TaskStatus]:
-        """The node and all below it, or all nodes; parents come before their children.
-
-        Raises:
-            KeyError: there is no such node.
-        """
-        if id is not None and id not in self:
-            raise KeyError(id)
-        roots = [id] if id is not None else self.roots()
-        return [self._status(node) for root in roots for node in self._machine.below(root)]
-
-    def roots(self) -> list[str]:
-        """The ids of the top-level tasks, oldest first."""
-        return [node.id for node in self._machine.nodes.values() if node.task.parent is None]
-
-    def root_of(self, id: str) -> str:
-        """The id of the top-level task above a node; the id itself when it is unknown."""
-        node = self._machine.nodes.get(id)
-        return id if node is None else node.root
-
-    def holders(self) -> dict[str, str]:
-        """The incarnations that are present, have nodes or attached something, with their names."""
-        return {**self._registry.owners(), **self._pools.incarnations()}
-
-    def attachments(self) -> list[Registered | Attached]:
-        """What is attached to messages and to nodes that are alive."""
-        found: list[Registered | Attached] = list(self._registry)
-        for node in self._machine.nodes.values():
-            whats: list[Attachment] = [*node.taps.values()]
-            whats += [*node.catches.values(), *node.clean_ups.values()]
-            own = [what for what in whats if what.id not in self._registry]
-            found += [Attached(node.created, node.id, what) for what in own]
-        return found
-
-    def taps_on(self, message: str) -> tuple[Tap, ...]:
-        """The taps on all messages of a name."""
-        return self._registry.taps_of(message)
-
-    def is_missing(self, id: str, number: int) -> bool:
-        """Whether the wait for a handler that `WaitForHandler` told of still lasts."""
-        return self._pools.is_missing(id, number)
-
-    def is_current(self, id: str, attempt: int) -> bool:
-        """Whether a module has this try of the node now."""
-        node = self._machine.nodes.get(id)
-        return node is not None and node.attempt == attempt and node.is_handling
-
-    def is_awaited(self, id: str, key: str) -> bool:
-        """Whether the alarm of the node is still wanted."""
-        node = self._machine.nodes.get(id)
-        return node is not None and key in node.alarms
-
-    @property
-    def pools(self) -> Pools:
-        """Who handles what, and who waits for it: to look at, not to change."""
-        return self._pools
-
-    def waits(self, id: str) -> list[AnyOf]:
-        """What a node waits for, as far as that is certain; see `waits_of`."""
-        node = self._machine.nodes.get(id)
-        if node is None or self._machine.is_suspended(node):
-            return []
-        return waits_of(node, self._pools)
-
-    def node(self, id: str) -> Node:
-        """The node itself, to look at.
-
-        Raises:
-            KeyError: there is no such node.
-        """
-        return self._machine.nodes[id]
-
-    def _is_made(self, id: str) -> bool:
-        node = self._machine.nodes.get(id)
-        return node is not None and not node.prepared
 
     def _step(self, event: Event, events: deque[Event], effects: list[Effect]) -> Record | None:
         match event:
@@ -342,7 +159,7 @@ class Tree:
             case Submitted():
                 self._submit(event)
             case Prepared():
-                self._prepare(event)
+                self._machine.prepare(event)
             case KillRequested():
                 self._kill(event)
             case Registered() | Deregistered():
@@ -350,97 +167,12 @@ class Tree:
             case _:
                 self._machine.follow(event)
         if isinstance(event, Dispatched):
-            effects.append(_dispatch(event))
+            told = Dispatch(event.id, event.attempt, event.module, event.incarnation)
+            effects.append(told)
         elif isinstance(event, Abandoned):
             self._abandoned[event.id, event.attempt] = self._machine.nodes[event.id]
         self._count()
         return record
-
-    def _happens(self, event: RecordedEvent) -> bool:
-        """Whether the event changes anything: those that come twice or too late do not."""
-        match event:
-            case Submitted():
-                check_submission(event.task, self._machine)
-                return not self._is_made(event.id)
-            case Prepared():
-                return event.id not in self
-            case KillRequested():
-                self.check_kill(event.id)
-                node = self._machine.nodes.get(event.id)
-                return node is None or bool(node.alive if event.only_below else node.is_alive)
-            case Registered():
-                return event.id not in self._registry
-            case Deregistered():
-                return event.id in self._registry
-            case Constrained() if not self._is_replaying:
-                order = as_recorded(event.order, self._machine.nodes)
-                return event.id in self and order is not None
-            case _:
-                node = self._machine.nodes.get(event.id)
-                return node is not None and concerns(event, node)
-
-    def _record(self, event: RecordedEvent) -> Record:
-        match event:
-            case Submitted():
-                return Record(self.root_of(event.task.parent or event.id), event.task.name, event)
-            case Prepared():
-                return Record(self.root_of(event.parent or event.id), event.name, event)
-            case Registered():
-                return Record(event.id, event.message, event)
-            case _:
-                node = self._machine.nodes.get(event.id)
-                return Record(self.root_of(event.id), node.task.name if node else "", event)
-
-    def _completed(self, event: RecordedEvent) -> RecordedEvent:
-        """The event with what its record has to name: the previous sibling, the taps."""
-        if isinstance(event, Prepared):
-            return replace(event, taps=event.taps or self._registry.taps_of(event.name))
-        if isinstance(event, Constrained) and not self._is_replaying:
-            order = as_recorded(event.order, self._machine.nodes)
-            return replace(event, order=order or event.order)
-        if not isinstance(event, Submitted):
-            return event
-        if not self._is_replaying:
-            event = self._traced(event)
-        if not self._is_replaying and event.origin.role is Role.STEP:
-            event = self._with_context(event)
-        if event.previous != LAST_SIBLING:
-            return event
-        previous = self._previous(event.task)
-        if previous is None:
-            return replace(event, previous=None)
-        waits = self._machine.nodes[previous].ahead()
-        return replace(event, previous=previous, waits=waits)
-
-    def _traced(self, event: Submitted) -> Submitted:
-        """The submission in the trace of its parent; one at the root is where it came from."""
-        above = self._machine.nodes.get(event.task.parent) if event.task.parent else None
-        if above is None:
-            return event
-        parent = node_context(above.id, above.task.traceparent)
-        traceparent = child_traceparent(event.task.traceparent, parent)
-        return replace(event, task=event.task.model_copy(update={"traceparent": traceparent}))
-
-    def _with_context(self, event: Submitted) -> Submitted:
-        """The submission with the taps on its message, and only those constraints that hold."""
-        nodes = self._machine.nodes
-        taps = () if event.id in self else self._registry.taps_of(event.task.name)
-        if not event.task.orders:
-            return replace(event, taps=taps)
-        new = {event.id: self._machine.nodes.get(event.id) or Node(event.task, 0.0, event.id)}
-        found = [as_recorded(order, ChainMap(new, nodes)) for order in event.task.orders]
-        orders = tuple(order for order in found if order is not None)
-        return replace(event, taps=taps, task=event.task.model_copy(update={"orders": orders}))
-
-    def _previous(self, task: SubmitTask) -> str | None:
-        """The sibling before it that is still there; monitors and taps are passed over."""
-        if task.monitor is not None and task.monitor.kind != "point":
-            return None
-        if task.parent is None:
-            previous = self._last_of_sender.get(task.sender)
-        else:
-            previous = self._machine.nodes[task.parent].last_step
-        return previous if previous in self and previous != task.id else None
 
     def _submit(self, event: Submitted) -> None:
         task = event.task
@@ -451,9 +183,6 @@ class Tree:
         if tombstone is not None and event.time - tombstone.time <= TOMBSTONE_SECONDS:
             node = self._machine.nodes[task.id]
             self._machine.kill(event.time, node, tombstone.reason, only_below=False)
-
-    def _prepare(self, event: Prepared) -> None:
-        self._machine.prepare(event)
 
     def _kill(self, event: KillRequested) -> None:
         node = self._machine.nodes.get(event.id)
@@ -591,18 +320,9 @@ class Tree:
             return node.doomed.text
         return "it expired" if node.watch is not None and node.watch.expired else None
 
-    def _status(self, node: Node) -> TaskStatus:
-        suspended = not node.has_ended and self._machine.is_suspended(node)
-        words = waiting_for(node, self._machine, self._pools, suspended=suspended)
-        return node.status(words, suspended=suspended)
-
 
 def _patience(node: Node) -> float | None:
     """How long a node waits for a module: without bound only when it is handled again."""
     if node.attempt > 0:
         return None
     return node.task.wait_for_handler or LOST_PROVIDER_WAIT
-
-
-def _dispatch(event: Dispatched) -> Dispatch:
-    return Dispatch(event.id, event.attempt, event.module, event.incarnation)

@@ -9,13 +9,13 @@ from collections.abc import Iterator
 
 from tca_bus._tree_queries import Relation
 from tca_bus.tasktree._events import Role
-from tca_bus.tasktree._tree import Tree
+from tca_bus.tasktree._view import View
 
 PASSED_OVER = frozenset({Role.GATE, Role.LISTENER})
 """Roles that walks among siblings do not see: the listeners of taps."""
 
 
-def find_relative(tree: Tree, id: str, relation: Relation, name: str | None) -> str | None:
+def find_relative(tree: View, id: str, relation: Relation, name: str | None) -> str | None:
     """The id of the node that stands in a relation to another; None when there is none.
 
     Raises:
@@ -41,14 +41,14 @@ def find_relative(tree: Tree, id: str, relation: Relation, name: str | None) -> 
             return _below(tree, id, relation, name)
 
 
-def _above(tree: Tree, id: str) -> Iterator[str]:
+def _above(tree: View, id: str) -> Iterator[str]:
     parent = tree.node(id).task.parent
     while parent is not None:
         yield parent
         parent = tree.node(parent).task.parent
 
 
-def _origin(tree: Tree, id: str, role: Role) -> str | None:
+def _origin(tree: View, id: str, role: Role) -> str | None:
     """What the nearest node of a role, here or above, belongs to."""
     for each in [id, *_above(tree, id)]:
         if tree.node(each).role is role:
@@ -56,7 +56,7 @@ def _origin(tree: Tree, id: str, role: Role) -> str | None:
     return None
 
 
-def _below(tree: Tree, id: str, relation: Relation, name: str | None) -> str | None:
+def _below(tree: View, id: str, relation: Relation, name: str | None) -> str | None:
     children = [child for child in tree.node(id).children if child in tree]
     if relation is Relation.CHILD:
         return next((child for child in children if tree.node(child).task.name == name), None)
@@ -66,7 +66,7 @@ def _below(tree: Tree, id: str, relation: Relation, name: str | None) -> str | N
     return seen[0] if relation is Relation.FIRST_CHILD else seen[-1]
 
 
-def _beside(tree: Tree, id: str, step: int) -> str | None:
+def _beside(tree: View, id: str, step: int) -> str | None:
     parent = tree.node(id).task.parent
     siblings = tree.roots() if parent is None else list(tree.node(parent).children)
     seen = [each for each in siblings if each in tree and tree.node(each).role not in PASSED_OVER]
