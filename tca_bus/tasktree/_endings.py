@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from tca_bus._failure import Failure
-from tca_bus._orders import Point
 from tca_bus._protocol import Existence, Handling, TaskState
 from tca_bus.tasktree._effects import Cancel
 from tca_bus.tasktree._events import Role
@@ -130,29 +129,6 @@ class Endings(Spawning):
 
     def _fail_by_child(self, node: Node, child: str, cause: Failure) -> None:
         self._fail(node, _by_child(node, child, cause))
-
-    def _expire(self, node: Node) -> None:
-        """Let a monitor end: it is tested no more, but what it began goes on."""
-        if node.watch is None or node.watch.expired or not node.is_alive:
-            return
-        node.watch.expired = True
-        self.touched[node.id] = None
-        if node.handling is Handling.HANDLING:
-            self._stop(node, "it expired")
-        elif not node.answered:
-            self.pools.forget(node.id)
-            self._answer(node)
-
-    def _expire_last(self, node: Node) -> None:
-        """When only monitors hold the end of a node they expire."""
-        sources = node.open[Point.END_ACHIEVING]
-        if not node.is_alive or not 0 < len(sources) <= len(node.monitors):
-            return
-        if self._may_pass(node, Point.END_ACHIEVING) and all(
-            s.id in node.monitors for s in sources
-        ):
-            for source in sources:
-                self._later(self._expire, self.nodes[source.id])
 
     @abstractmethod
     def _answer(self, node: Node) -> None:
