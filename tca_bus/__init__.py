@@ -62,13 +62,14 @@ from tca_bus._permissions import Permissions
 from tca_bus._policy import Policy, Ruling
 from tca_bus._policy_file import read_policy
 from tca_bus._presence import PresenceChange, PresentModule
-from tca_bus._protocol import AwaitTime, Constraint, SimulatedTime, TaskState, TaskStatus
+from tca_bus._protocol import Constraint, TaskState, TaskStatus
 from tca_bus._rights import Right
 from tca_bus._router import Guard, Router
 from tca_bus._sending import SendOptions
 from tca_bus._steering import MonitorOptions
 from tca_bus._subscription import Subscription
 from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
+from tca_bus._time_messages import AwaitTime, SimulatedTime
 from tca_bus._tree_queries import Relation
 from tca_bus._variable_watch import VariableWatch
 from tca_bus._variables import Reading, Variable, VariableState

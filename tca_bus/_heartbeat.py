@@ -6,13 +6,23 @@ import asyncio
 import itertools
 
 from tca_bus._core import Core
-from tca_bus._messages import MessageClass
-from tca_bus._protocol import Heartbeat
+from tca_bus._messages import Broadcast, MessageClass
 from tca_bus._topics import Topics
 from tca_bus._wire import encode_message
 
 PERIOD = 1.0
 """Wall seconds between two heartbeats."""
+
+
+class Heartbeat(Broadcast):
+    """A module's event loop still turns; ``lag`` is by how many seconds it came late."""
+
+    wire_name = "tca.heartbeat"
+
+    module: str
+    incarnation: str
+    number: int
+    lag: float
 
 
 async def beat(core: Core, topics: Topics) -> None:

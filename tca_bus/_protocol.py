@@ -10,12 +10,12 @@ from __future__ import annotations
 import enum
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus._attachments import Attachment, Resolution
 from tca_bus._failure import Failure
 from tca_bus._log_statements import Statement
-from tca_bus._messages import Broadcast, ModuleLostPolicy, Query, UnhandledPolicy
+from tca_bus._messages import ModuleLostPolicy, Query, UnhandledPolicy
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._orders import TASK_ID_PATTERN, Order
 from tca_bus._trace_context import TRACEPARENT_PATTERN
@@ -375,40 +375,3 @@ class Describe(Query[ModuleCard]):
     """Anybody to a module: introduce yourself."""
 
     wire_name = "tca.describe"
-
-
-class Heartbeat(Broadcast):
-    """A module's event loop still turns; ``lag`` is by how many seconds it came late."""
-
-    wire_name = "tca.heartbeat"
-
-    module: str
-    incarnation: str
-    number: int
-    lag: float
-
-
-class SimulatedTime(Broadcast):
-    """The simulated time, from the module that makes it.
-
-    ``time`` is seconds since the epoch, ``speed`` simulated seconds per wall second, None for
-    lockstep.
-    """
-
-    wire_name = "tca.simTime"
-
-    time: FiniteFloat
-    speed: FiniteFloat | None
-
-
-class AwaitTime(Broadcast):
-    """A module waits on simulated time until ``until``; None when it waits no more.
-
-    At full speed simulated time moves only for those who wait. Repeated every wall second.
-    """
-
-    wire_name = "tca.awaitTime"
-
-    module: str
-    incarnation: str
-    until: FiniteFloat | None

@@ -18,14 +18,16 @@ from zenoh.handlers import Callback
 from tca_bus._access import audible
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
 from tca_bus._errors import TcaError
+from tca_bus._heartbeat import Heartbeat
 from tca_bus._messages import Message
 from tca_bus._module import Module
 from tca_bus._presence import PresenceChange, PresentModule
-from tca_bus._protocol import AwaitTime, Describe, Heartbeat, SimulatedTime, TaskStatus
+from tca_bus._protocol import Describe, TaskStatus
 from tca_bus._recording import Passed, RecordingWriter
 from tca_bus._recording_reader import RecordingError
 from tca_bus._selection import Selection
 from tca_bus._session import uninterrupted
+from tca_bus._time_messages import AwaitTime, SimulatedTime
 from tca_bus._wire import Payload
 
 logger = logging.getLogger(__name__)

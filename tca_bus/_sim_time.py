@@ -9,7 +9,7 @@ from typing import Any
 from tca_bus._clock import SimulatedClock
 from tca_bus._core import Core
 from tca_bus._messages import MessageClass
-from tca_bus._protocol import AwaitTime, SimulatedTime
+from tca_bus._time_messages import AwaitTime, SimulatedTime
 from tca_bus._topics import Arrival, Topics
 from tca_bus._wire import encode_message
 

@@ -21,9 +21,9 @@ from tca_bus._central_absences import LOST_AFTER
 from tca_bus._clock import SimulatedClock
 from tca_bus._module import Module
 from tca_bus._options import BusOptions
-from tca_bus._protocol import SimulatedTime
 from tca_bus._router import Router
 from tca_bus._scripted import Call, Hold, ScriptedModule
+from tca_bus._time_messages import SimulatedTime
 
 __all__ = [
     "FREE_PORT",

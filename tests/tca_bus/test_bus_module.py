@@ -25,7 +25,9 @@ from tca_bus import (
     TaskError,
     TimedOutError,
 )
-from tca_bus._protocol import Describe, Heartbeat, ModuleCard
+from tca_bus._heartbeat import Heartbeat
+from tca_bus._protocol import Describe, ModuleCard
+from tca_bus._time_messages import AwaitTime
 from tca_bus.arrays import Float32Array
 from tca_bus.testing import TimeSource, bus, eventually
 
@@ -461,8 +463,6 @@ async def test_heartbeats_come_through_the_loop(options):
 
 
 async def test_simulated_time_comes_over_the_bus_and_waits_are_announced(options):
-    from tca_bus._protocol import AwaitTime
-
     simulated = options.model_copy(update={"clock": "sim"})
     async with (
         Module("xavier", options=options) as xavier,

@@ -33,10 +33,10 @@ from tca_bus._protocol import (
     ListTasks,
     ReadLog,
     ReportOutcome,
-    SimulatedTime,
     SubmitTask,
 )
 from tca_bus._rights import Right
+from tca_bus._time_messages import SimulatedTime
 from tca_bus._wire import Payload
 from tca_bus.testing import eventually
 
