@@ -3,56 +3,30 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
-from collections import OrderedDict
-from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from pydantic import ValidationError
-
-from tca_bus._attachments import Caught
 from tca_bus._clock import Clock
 from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._envelope import begin_handling, handled
-from tca_bus._errors import (
-    BusyError,
-    ClosedError,
-    InvalidMessageError,
-    NoHandlerError,
-    RefusedError,
-    TaskError,
-    TaskFailedError,
-    TcaError,
-)
-from tca_bus._failure import Failure
+from tca_bus._errors import BusyError, RefusedError, TaskError, TaskFailedError, TcaError
 from tca_bus._faults import failure_of
-from tca_bus._handlers import TASKS, Handler, Handlers
-from tca_bus._messages import Message, MessageClass
+from tca_bus._handlers import Handler, Handlers
+from tca_bus._messages import Message
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._monitoring import Firing, MonitorRun
-from tca_bus._problems import problems_of
+from tca_bus._outcomes import Outcomes, failed, killed
 from tca_bus._protocol import CancelTask, HandleTask, Outcome, ReportOutcome, Taken
-from tca_bus._revisions import answer_for, understand
 from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
-from tca_bus._tasks import CENTRAL, OUT_OF_REACH, TaskSender
-from tca_bus._types import answer_adapter
+from tca_bus._task_reading import plain_result, read_task
+from tca_bus._tasks import CENTRAL, TaskSender
 
 logger = logging.getLogger(__name__)
 
-MOST_REPORTED = 1024
-"""Acknowledged outcomes that are kept, to report again should central ask again."""
-
-REPORT_PATIENCE = 60.0
-"""Wall seconds of one attempt to report; a report is repeated for as long as the module lives."""
-
 SUPERSEDE_PATIENCE = 4.0
 """Wall seconds in which an older attempt ends; after that central has to ask again."""
-
-Try = tuple[str, int]
-"""A task id and the attempt number."""
 
 
 class Contexts(Protocol):
@@ -96,8 +70,10 @@ class TaskWorker:
     sender: TaskSender
     contexts: Contexts
     _jobs: dict[str, Job] = field(default_factory=dict)
-    _outcomes: OrderedDict[Try, ReportOutcome] = field(default_factory=OrderedDict)
-    _reporting: set[Try] = field(default_factory=set)
+    _outcomes: Outcomes = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._outcomes = Outcomes(self.core, self.sender)
 
     def begin(self) -> None:
         """Register the handlers by which central gives and cancels tasks."""
@@ -112,7 +88,7 @@ class TaskWorker:
         """Begin an attempt, or say again that it is under way or done."""
         _check_central(context, f"task {task.id}")
         while not self._is_known(task):
-            message, handler = self._read(task)
+            message, handler = read_task(self.handlers, task)
             older = self._jobs.get(task.id)
             if older is None:
                 self._start(task, message, handler)
@@ -123,45 +99,24 @@ class TaskWorker:
     async def cancel(self, order: CancelTask, context: Context) -> Taken:
         """Cancel an attempt; one that is not known here is reported as killed."""
         _check_central(context, f"the end of task {order.id}")
-        known = self._outcomes.get((order.id, order.attempt))
+        known = self._outcomes.known(order.id, order.attempt)
         job = self._jobs.get(order.id)
         if known is not None:
-            self._report(known)
+            self._outcomes.report(known)
         elif job is not None and job.task.attempt == order.attempt:
             self._stop(job)
         else:
-            self._conclude(_killed(order.id, order.attempt))
+            self._outcomes.conclude(killed(order.id, order.attempt))
         return Taken(id=order.id, attempt=order.attempt)
 
     def _is_known(self, task: HandleTask) -> bool:
         """Whether the attempt is under way, or done: then it is reported again."""
-        outcome = self._outcomes.get((task.id, task.attempt))
+        outcome = self._outcomes.known(task.id, task.attempt)
         if outcome is not None:
-            self._report(outcome)
+            self._outcomes.report(outcome)
             return True
         job = self._jobs.get(task.id)
         return job is not None and job.task.attempt == task.attempt
-
-    def _read(self, task: HandleTask) -> tuple[Message, Handler]:
-        handler = self.handlers.get(task.name)
-        if handler is None or not _fits(handler, task):
-            raise NoHandlerError(task.name, self.handlers.provided())
-        kind = handler.message_type
-        if task.task_class == "exception":
-            return _exception(kind, task), handler
-        if kind.message_class in TASKS and kind.message_class.value != task.task_class:
-            problem = f"class: expected {kind.message_class.value}, got {task.task_class}"
-            raise InvalidMessageError(task.name, [problem])
-        try:
-            message = understand(
-                kind,
-                task.message_revision,
-                validate=lambda: kind.model_validate(task.data),
-                plain=lambda: deepcopy(task.data),
-            )
-        except ValidationError as error:
-            raise InvalidMessageError(task.name, problems_of(error)) from error
-        return message, handler
 
     async def _supersede(self, job: Job, task: HandleTask) -> None:
         """Stop an older attempt; the newer one begins when its handler has ended."""
@@ -195,7 +150,7 @@ class TaskWorker:
         outcome = await self._outcome_of(job, message, handler, context)
         seen = tuple(context.seen_failures)
         job.is_concluded = True
-        self._conclude(outcome.model_copy(update={"seen_failures": seen}))
+        self._outcomes.conclude(outcome.model_copy(update={"seen_failures": seen}))
 
     def _clear(self, job: Job) -> None:
         job.over.set()
@@ -203,7 +158,7 @@ class TaskWorker:
             del self._jobs[job.task.id]
         # A job that is cancelled before its first step never comes to its own report.
         if job.is_cancelled and not job.is_concluded:
-            self._conclude(_killed(job.task.id, job.task.attempt))
+            self._outcomes.conclude(killed(job.task.id, job.task.attempt))
 
     def answer(self, id: str, result: Any) -> None:
         """End a postponed task; with an exception it fails.
@@ -230,7 +185,7 @@ class TaskWorker:
             if context.is_postponed:
                 job.answer = asyncio.get_running_loop().create_future()
                 value = await job.answer
-        return _plain_result(value, handler, job.task.message_revision)
+        return plain_result(value, handler, job.task.message_revision)
 
     def _monitor(
         self, task: HandleTask, spec: MonitorSpec, message: Message, handler: Handler
@@ -255,7 +210,7 @@ class TaskWorker:
         except asyncio.CancelledError:
             if not job.is_cancelled:
                 raise
-            return _killed(task.id, task.attempt)
+            return killed(task.id, task.attempt)
         except Exception as error:
             return self._failed(task, error)
         resolution = context.resolution if isinstance(context, ExceptionContext) else None
@@ -271,88 +226,10 @@ class TaskWorker:
         if not isinstance(error, TaskError | TaskFailedError | TcaError):
             logger.error("handler of %s failed on task %s", task.name, task.id, exc_info=error)
         failure = failure_of(error, message=task.name, module=self.core.name, node=task.id)
-        return _failure_report(task, failure)
-
-    def _conclude(self, report: ReportOutcome) -> None:
-        self._outcomes[report.id, report.attempt] = report
-        self._report(report)
-        if len(self._outcomes) > MOST_REPORTED:
-            self._forget_oldest()
-
-    def _forget_oldest(self) -> None:
-        """Forget the oldest outcome that central has; the others are as many as it gave tasks."""
-        oldest = next((key for key in self._outcomes if key not in self._reporting), None)
-        if oldest is not None:
-            del self._outcomes[oldest]
-
-    def _report(self, report: ReportOutcome) -> None:
-        key = (report.id, report.attempt)
-        if key in self._reporting:
-            return
-        name = f"{self.core.name}.report.{report.id}"
-        # A module that is closing reports no more; central sees it leave.
-        with contextlib.suppress(ClosedError):
-            self.core.spawn(self._report_until_taken(report), name=name)
-            self._reporting.add(key)
-
-    async def _report_until_taken(self, report: ReportOutcome) -> None:
-        key = (report.id, report.attempt)
-        try:
-            while True:
-                try:
-                    await self.sender.ask_central(report, timeout=REPORT_PATIENCE)
-                except OUT_OF_REACH as error:
-                    logger.warning("outcome of task %s is not reported yet: %s", report.id, error)
-                else:
-                    return
-        except TcaError:
-            logger.exception("central does not take the outcome of task %s", report.id)
-        finally:
-            self._reporting.discard(key)
+        return failed(task, failure)
 
 
 def _check_central(context: Context, what: str) -> None:
     """Let nobody but central give and stop tasks."""
     if context.sender != CENTRAL:
         raise RefusedError(what, f"it comes from {context.sender!r}; only {CENTRAL!r} may order it")
-
-
-def _fits(handler: Handler, task: HandleTask) -> bool:
-    """Whether the handler of that name can be meant."""
-    kind = handler.message_type.message_class
-    if task.task_class == "exception":
-        return kind == MessageClass.EXCEPTION
-    if task.monitor is not None:
-        return kind == (MessageClass.DEMON if task.monitor.kind == "demon" else MessageClass.QUERY)
-    return kind in TASKS
-
-
-def _exception(kind: type[Message], task: HandleTask) -> Message:
-    """The exception that a handler of it is given; one of any kind is given without data."""
-    failure = Failure.model_validate(Caught.model_validate(task.data).failure)
-    try:
-        if kind.wire_name in {failure.name, *failure.kinds}:
-            known = failure.data or {}
-            fields = {name: known[name] for name in kind.model_fields if name in known}
-            return kind.model_validate(fields)
-        return kind()
-    except ValidationError as error:
-        raise InvalidMessageError(task.name, problems_of(error)) from error
-
-
-def _plain_result(value: Any, handler: Handler, told: int | None) -> Any:
-    """The result as JSON values, in the sender's form; one of another type is a failure."""
-    adapter = answer_adapter(handler.message_type)
-    try:
-        result = adapter.dump_python(adapter.validate_python(value), mode="json")
-    except ValidationError as error:
-        raise TaskError("invalid_result", f"result: {'; '.join(problems_of(error))}") from error
-    return answer_for(handler.message_type, told, result)[0]
-
-
-def _killed(id: str, attempt: int) -> ReportOutcome:
-    return ReportOutcome(id=id, attempt=attempt, outcome=Outcome.KILLED)
-
-
-def _failure_report(task: HandleTask, failure: Failure) -> ReportOutcome:
-    return ReportOutcome(id=task.id, attempt=task.attempt, outcome=Outcome.FAILURE, failure=failure)

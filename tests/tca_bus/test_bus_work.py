@@ -303,7 +303,7 @@ async def test_outcomes_wait_for_a_central_that_is_away(monkeypatch):
 
 
 async def test_an_outcome_that_central_does_not_have_is_not_forgotten(monkeypatch):
-    monkeypatch.setattr("tca_bus._work.MOST_REPORTED", 1)
+    monkeypatch.setattr("tca_bus._outcomes.MOST_REPORTED", 1)
     async with shop(capacity=4) as (desk, worker):
         desk.is_open.clear()
         for number in range(4):
@@ -321,7 +321,7 @@ async def test_outcomes_wait_for_a_central_that_is_overrun(monkeypatch, caplog):
         await eventually(lambda: worker.begun)
         with monkeypatch.context() as overrun:
             overrun.setattr("tca_bus._tasks.TRY_TIMEOUT", 0.2)
-            overrun.setattr("tca_bus._work.REPORT_PATIENCE", 0.2)
+            overrun.setattr("tca_bus._outcomes.REPORT_PATIENCE", 0.2)
             overrun.setattr("tca_bus._serving.MOST_RUNNING", 0)
             worker.go.set()
             await eventually(lambda: "too many waiting" in caplog.text)
