@@ -8,7 +8,6 @@ import pytest
 from pydantic import BaseModel
 
 from tca_bus import (
-    Broadcast,
     BusGoneError,
     BusOptions,
     ClosedError,
@@ -28,7 +27,6 @@ from tca_bus import (
 from tca_bus._heartbeat import Heartbeat
 from tca_bus._protocol import Describe, ModuleCard
 from tca_bus._time_messages import AwaitTime
-from tca_bus.arrays import Float32Array
 from tca_bus.testing import TimeSource, bus, eventually
 
 pytestmark = pytest.mark.bus
@@ -59,18 +57,6 @@ class Survey(MultiQuery[str]):
 
 class Note(Inform):
     number: int
-
-
-class Unheard(Inform):
-    pass
-
-
-class Said(Broadcast):
-    text: str
-
-
-class Scan(Broadcast):
-    ranges: Float32Array
 
 
 @pytest.fixture
@@ -211,49 +197,6 @@ async def test_no_answer_in_time_is_a_timeout_and_the_handler_goes_on(options):
         done.set()
 
 
-async def test_informs_are_handled_in_order_one_at_a_time(options):
-    server = Module("server", options=options)
-    got: list[int] = []
-    busy = 0
-
-    @server.handler(Note)
-    async def note(message, context):
-        nonlocal busy
-        busy += 1
-        assert busy == 1
-        await asyncio.sleep(0)
-        if message.number == 5:
-            busy -= 1
-            raise ValueError("one that fails does not stop the next")
-        got.append(message.number)
-        busy -= 1
-
-    async with server, Module("sender", options=options) as sender:
-        for number in range(20):
-            await sender.inform(Note(number=number))
-        await eventually(lambda: len(got) == 19)
-        assert got == [number for number in range(20) if number != 5]
-
-
-async def test_a_subscriber_hears_what_is_sent_after_it_was_entered(options):
-    async with (
-        Module("robot", options=options) as robot,
-        Module("hearer", options=options) as hearer,
-        hearer.subscribe(Scan) as scans,
-        hearer.subscribe(Scan, size=2) as few,
-    ):
-        for number in range(5):
-            await robot.broadcast(Scan(ranges=[float(number)]))
-        heard = [(await scans.get()).ranges.tolist() for _ in range(5)]
-        assert heard == [[float(number)] for number in range(5)]
-        assert few.dropped == 3
-        card = await hearer.query(Describe(), to="hearer")
-        assert sum(card.dropped.values()) == 3
-    with pytest.raises(ConfigError, match="Broadcast or Inform"):
-        async with Module("late", options=options) as late:
-            late.subscribe(Add)
-
-
 async def test_modules_are_seen_when_they_come_and_when_they_go(options):
     async with Module("watcher", options=options) as watcher, watcher.watch_modules() as changes:
         first = await changes.get()
@@ -345,24 +288,6 @@ async def test_a_query_to_all_of_none_says_so(options):
     async with Module("asker", options=options) as asker:
         with pytest.raises(NoHandlerError):
             await anext(asker.query_all(Survey()))
-
-
-async def test_listening_to_a_broadcast_does_not_change_what_is_announced(options):
-    async with (
-        Module("hearer", options=options) as hearer,
-        Module("watcher", options=options) as watcher,
-        watcher.watch_modules() as changes,
-    ):
-
-        @hearer.handler(Scan)
-        async def scan(message, context):
-            pass
-
-        first = {(await changes.get()).module.name for _ in range(2)}
-        assert first == {"hearer", "watcher"}
-        await watcher.query(Describe(), to="hearer")
-        assert watcher._parts.core.presence.table.next_expiry() == float("inf")
-        assert changes.waiting == 0
 
 
 async def test_realms_do_not_meet(options):
@@ -480,36 +405,3 @@ async def test_simulated_time_comes_over_the_bus_and_waits_are_announced(options
         assert navigate.clock.now() == 1002.0
         while (await waits.get()).until is not None:
             pass
-
-
-async def test_many_informs_at_once_arrive_in_order_each_by_itself(options):
-    server = Module("server", options=options)
-    got: list[int] = []
-
-    @server.handler(Note)
-    async def note(message, context):
-        assert context.sender == "sender"
-        got.append(message.number)
-
-    async with server, Module("sender", options=options) as sender:
-        await sender.inform_many([Note(number=number) for number in range(600)])
-        await sender.inform(Note(number=600))
-        await sender.inform_many([])
-        await eventually(lambda: len(got) == 601)
-        assert got == list(range(601))
-        with pytest.raises(NoHandlerError):
-            await sender.inform_many([Note(number=1), Unheard()])
-
-
-async def test_many_broadcasts_at_once_reach_who_listens_arrays_too(options):
-    async with (
-        Module("robot", options=options) as robot,
-        Module("hearer", options=options) as hearer,
-        hearer.subscribe(Scan) as scans,
-        hearer.subscribe(Said) as said,
-    ):
-        await robot.broadcast_many(
-            [Said(text="a"), Scan(ranges=[1.0]), Scan(ranges=[2.0]), Said(text="b")]
-        )
-        assert [(await scans.get()).ranges.tolist() for _ in range(2)] == [[1.0], [2.0]]
-        assert [(await said.get()).text for _ in range(2)] == ["a", "b"]
