@@ -7,7 +7,6 @@ import json
 import logging
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Self
 
 import zenoh
@@ -137,12 +136,7 @@ class Session:
         self.zenoh.info.declare_transport_events_listener(Callback(box.post), history=False)
         return self
 
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await uninterrupted(self.close())
 
     async def close(self) -> None:

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import threading
 from collections import deque
-from types import TracebackType
 from typing import Self, TextIO
 
 TYPE_AHEAD = 100
@@ -53,12 +52,7 @@ class Keyboard:
         threading.Thread(target=self._read, name="keyboard", daemon=True).start()
         return self
 
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         self._loop = None
 
     def show(self, text: str) -> None:
