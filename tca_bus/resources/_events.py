@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-from pydantic_core import to_json
-
+from tca_bus._event_codec import EventCodec
 from tca_bus._failure import Failure
 from tca_bus._resource_messages import AcquireResources, HoldKind
 
@@ -78,29 +76,15 @@ class Finished:
 HoldEvent = Asked | Granted | Finished
 ResourceEvent = Declared | HoldEvent
 
-_KINDS: dict[str, TypeAdapter[ResourceEvent]] = {
-    f"Resource{kind.__name__}": TypeAdapter(kind) for kind in (Declared, Asked, Granted, Finished)
-}
+_CODEC: EventCodec[ResourceEvent] = EventCodec(
+    (Declared, Asked, Granted, Finished), prefix="Resource"
+)
 
-KINDS = tuple(_KINDS)
+KINDS = _CODEC.kinds
 """The kinds of records."""
 
-
-def encode_resource_event(event: ResourceEvent) -> tuple[str, str]:
-    """Give the kind of an event and its fields as JSON."""
-    return f"Resource{type(event).__name__}", to_json(event).decode()
-
-
-def decode_resource_event(kind: str, body: str) -> ResourceEvent:
-    """Rebuild an event.
-
-    Raises:
-        ValueError: There is no such kind, or the fields do not fit it.
-    """
-    adapter = _KINDS.get(kind)
-    if adapter is None:
-        raise ValueError(f"unknown kind of event {kind!r}, expected one of {', '.join(_KINDS)}")
-    return adapter.validate_json(body)
+encode_resource_event = _CODEC.encode
+decode_resource_event = _CODEC.decode
 
 
 def resource_event_words(event: ResourceEvent) -> tuple[str, str]:
