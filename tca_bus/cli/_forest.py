@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from tca_bus import TaskState, TaskStatus
+from tca_bus._protocol import TaskState, TaskStatus
 
 WAITING = frozenset({TaskState.INACTIVE, TaskState.PENDING})
 """The states of nodes that have not begun."""
