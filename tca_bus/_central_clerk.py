@@ -27,6 +27,17 @@ def right_to_send(task: SubmitTask) -> Right:
     return Right.MONITOR if task.task_class == "monitor" else Right.SEND
 
 
+def check_sender(id: str, named: str, sender: str) -> None:
+    """Let nobody send a task in the name of another.
+
+    Raises:
+        RefusedError: The sender that the task names is not the one that it comes from.
+    """
+    if named != sender:
+        why = f"it names {named!r} as its sender but comes from {sender!r}"
+        raise RefusedError(f"task {id}", why)
+
+
 class Clerk:
     """Knows which task a request is about: its message, its sender and who handles it."""
 

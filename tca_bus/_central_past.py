@@ -1,14 +1,30 @@
-"""Constraints on tasks that have ended and are in the tree no more."""
+"""Tasks that are in the tree no more, or never were: what is known and said of them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from tca_bus._errors import TaskError, did_you_mean
 from tca_bus._orders import Order
+from tca_bus._protocol import TaskStatus
 
 if TYPE_CHECKING:
     from tca_bus._central import Central
+
+UNKNOWN_TASK = "unknown_task"
+"""The failure name for an id that central has never seen."""
+
+
+async def find_ended(central: Central, id: str) -> TaskStatus | None:
+    """How a task ended, lately or long ago."""
+    return central.recent.get(id) or await central.journal.find(id)
+
+
+def unknown_task(central: Central, id: str, more: str = "") -> TaskError:
+    """What is said of an id that central has never seen, with those that are like it."""
+    known = [status.id for status in central.lookup("*", "*")]
+    return TaskError(UNKNOWN_TASK, f"no task {id!r} here.{did_you_mean(id, known)}{more}")
 
 
 async def without_past(
@@ -25,7 +41,7 @@ async def without_past(
 async def _settled(central: Central, order: Order, new: str | None) -> Order | None:
     if order.first is None or order.first.task == new or order.first.task in central.tree:
         return order
-    ended = central.recent.get(order.first.task) or await central.journal.find(order.first.task)
+    ended = await find_ended(central, order.first.task)
     if ended is None:
         return order
     if not order.delay:

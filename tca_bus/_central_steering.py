@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tca_bus._attachments import Attachment
-from tca_bus._central_clerk import Clerk
-from tca_bus._central_past import without_past
+from tca_bus._central_clerk import Clerk, check_sender
+from tca_bus._central_past import UNKNOWN_TASK, find_ended, unknown_task, without_past
 from tca_bus._context import Context
-from tca_bus._errors import RefusedError, TaskError, did_you_mean
+from tca_bus._errors import RefusedError, TaskError
 from tca_bus._module import Module
 from tca_bus._orders import Order
 from tca_bus._protocol import TaskStatus
@@ -45,9 +45,6 @@ if TYPE_CHECKING:
     from tca_bus._central import Central
     from tca_bus.tasktree import Event
 
-UNKNOWN_TASK = "unknown_task"
-"""The failure name for an id that central has never seen."""
-
 
 class SteeringDesk:
     """The handlers of the queries that change what is in the tree, or look at it."""
@@ -73,9 +70,7 @@ class SteeringDesk:
         """Make a place for a task."""
         central = self._central
         await central.ready.wait()
-        if order.sender != context.sender:
-            why = f"it names {order.sender!r} as its sender but comes from {context.sender!r}"
-            raise RefusedError(f"task {order.id}", why)
+        check_sender(order.id, order.sender, context.sender)
         self._clerk.check_prepare(order)
         central.tree.check_prepare(order.id, order.parent)
         facts = (order.id, order.name, order.task_class, order.sender, order.parent)
@@ -197,11 +192,10 @@ class SteeringDesk:
         await central.ready.wait()
         if id in central.tree:
             return
-        ended = central.recent.get(id) or await central.journal.find(id)
+        ended = await find_ended(central, id)
         if ended is not None:
             raise RefusedError(f"task {id}", f"it is {ended.state} already")
-        known = [status.id for status in central.lookup("*", "*")]
-        raise TaskError(UNKNOWN_TASK, f"no task {id!r} here.{did_you_mean(id, known)}")
+        raise unknown_task(central, id)
 
     def _status(self, id: str) -> TaskStatus:
         status = self._central.status(id)
