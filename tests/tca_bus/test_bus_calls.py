@@ -143,14 +143,20 @@ async def test_a_published_query_without_a_way_back_is_counted(options, stranger
         assert seen == []
 
 
+async def asking_fake(asker, stranger, options):
+    """A stranger that has heard a call, the query under way, and how many calls came before it."""
+    fake = FakeModule(stranger, options)
+    await heard_by(asker, fake)
+    before = len(fake.calls.samples)
+    query = asyncio.create_task(asker.query(Ask(number=7)))
+    await eventually(lambda: len(fake.calls.samples) > before)
+    return fake, query, before
+
+
 @pytest.mark.bus
 async def test_only_the_module_that_was_asked_can_answer(options, stranger):
     async with Module("asker", options=options) as asker:
-        fake = FakeModule(stranger, options)
-        await heard_by(asker, fake)
-        query = asyncio.create_task(asker.query(Ask(number=7)))
-        before = len(fake.calls.samples)
-        await eventually(lambda: len(fake.calls.samples) > before)
+        fake, query, _ = await asking_fake(asker, stranger, options)
         id = fake.calls.ids()[-1]
         fake.answer(asker, id, 1, name="liar")
         fake.answer(asker, "another", 2)
@@ -162,11 +168,7 @@ async def test_only_the_module_that_was_asked_can_answer(options, stranger):
 @pytest.mark.bus
 async def test_a_callee_that_vanished_and_is_back_is_sent_the_same_query_again(options, stranger):
     async with Module("asker", options=options) as asker:
-        fake = FakeModule(stranger, options)
-        await heard_by(asker, fake)
-        query = asyncio.create_task(asker.query(Ask(number=7)))
-        before = len(fake.calls.samples)
-        await eventually(lambda: len(fake.calls.samples) > before)
+        fake, query, before = await asking_fake(asker, stranger, options)
         fake.vanish()
         state_of = asker._parts.core.presence.table.state_of
         await eventually(lambda: state_of("ff") is None)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import sys
-from contextlib import asynccontextmanager
-from pathlib import Path
 
 import pytest
+from bus_process import joining
 from resource_holder import Ride
 from resource_office import asked, holders, pair, resource, waiters, waiting
 
@@ -29,8 +27,6 @@ from tca_bus._resource_messages import UnlockResource
 from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
-
-HOLDER = str(Path(__file__).with_name("resource_holder.py"))
 
 
 async def test_a_thing_is_held_by_one_at_a_time():
@@ -183,22 +179,12 @@ async def test_leases_end_with_their_module():
         assert (await asyncio.wait_for(later, 10.0)).is_held
 
 
-@asynccontextmanager
-async def holder(options, *names):
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, HOLDER, options.connect, options.realm, *names
-    )
-    try:
-        yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-        await process.wait()
-
-
 @pytest.mark.process
 async def test_a_killed_process_holds_nothing():
-    async with pair() as (one, two), holder(one.options, "lift", "door") as process:
+    async with (
+        pair() as (one, two),
+        joining("resource_holder.py", one.options, "lift", "door") as process,
+    ):
         await eventually(lambda: holders(one, "lift"), timeout=20.0)
         later = waiting(two, "door")
         await eventually(lambda: waiters(one, "door"))
@@ -209,7 +195,7 @@ async def test_a_killed_process_holds_nothing():
 
 @pytest.mark.process
 async def test_a_killed_handler_holds_nothing():
-    async with pair() as (one, two), holder(one.options) as process:
+    async with pair() as (one, two), joining("resource_holder.py", one.options) as process:
         await one.wait_for(Ride, timeout=20.0)
         task = await one.execute(Ride(thing="lift"))
         await eventually(lambda: holders(one, "lift"))

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import sys
-from contextlib import asynccontextmanager
-from pathlib import Path
 
 import pytest
 import zenoh
+from bus_process import victim
 from bus_victim import Sleep
 
 from tca_bus import (
@@ -23,8 +21,6 @@ from tca_bus import (
 )
 from tca_bus.cli._flags import BusFlags, bus_options
 from tca_bus.testing import eventually
-
-VICTIM = Path(__file__).with_name("bus_victim.py")
 
 
 class Ask(Query[int]):
@@ -154,19 +150,6 @@ async def test_a_module_without_links_is_not_lost_while_the_router_is_away(route
         assert await later == 3
         assert {(await changes.get()).module.name for _ in range(2)} == {"asker", "server"}
         assert changes.waiting == 0
-
-
-@asynccontextmanager
-async def victim(options):
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, str(VICTIM), options.connect, options.realm, options.links
-    )
-    try:
-        yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-        await process.wait()
 
 
 @pytest.mark.bus

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from contextlib import asynccontextmanager
-from pathlib import Path
 
 import pytest
+from bus_process import victim
 from bus_victim import Sleep
 
 from tca_bus import (
@@ -25,8 +24,6 @@ from tca_bus.testing import bus, eventually
 
 pytestmark = pytest.mark.bus
 
-VICTIM = Path(__file__).with_name("bus_victim.py")
-
 
 class Work(Query[int]):
     number: int
@@ -38,19 +35,6 @@ class Tell(Inform):
 
 class Shout(Broadcast):
     number: int
-
-
-@asynccontextmanager
-async def victim(options):
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, str(VICTIM), options.connect, options.realm
-    )
-    try:
-        yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-        await process.wait()
 
 
 @asynccontextmanager

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from contextlib import asynccontextmanager
-from pathlib import Path
 
 import pytest
+from bus_process import victim
 from bus_victim import Retoil, Toil
 from pydantic import BaseModel
 
@@ -33,8 +32,6 @@ from tca_bus._protocol import SubmitTask
 from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
-
-VICTIM = Path(__file__).with_name("bus_victim.py")
 
 
 @pytest.fixture(autouse=True)
@@ -218,19 +215,6 @@ async def test_a_task_lives_through_a_restart_of_the_router():
             assert len(seen) == 1
     finally:
         await router.__aexit__(None, None, None)
-
-
-@asynccontextmanager
-async def victim(options):
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, str(VICTIM), options.connect, options.realm
-    )
-    try:
-        yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-        await process.wait()
 
 
 async def test_a_task_whose_module_is_killed_fails_or_goes_to_the_next():

@@ -99,15 +99,19 @@ def test_what_the_model_takes_the_schema_takes(value):
         assert schema_problems(value, SCHEMA) == []
 
 
-def test_a_message_of_another_class_names_the_command_to_use():
-    provided = ProvidedMessage(
-        name="go",
-        message_class="goal",
+def message_of(name, message_class):
+    return ProvidedMessage(
+        name=name,
+        message_class=message_class,
         revision=1,
         summary="",
         message_schema=SCHEMA,
         reply_schema=None,
     )
+
+
+def test_a_message_of_another_class_names_the_command_to_use():
+    provided = message_of("go", "goal")
     check_class(provided, "go", "goal")
     with pytest.raises(InvalidMessageError, match="use 'tca goal go'"):
         check_class(provided, "go", "command")
@@ -117,14 +121,7 @@ def test_a_message_of_another_class_names_the_command_to_use():
 
 
 def test_a_question_to_all_is_asked_as_a_query():
-    provided = ProvidedMessage(
-        name="survey",
-        message_class="multi_query",
-        revision=1,
-        summary="",
-        message_schema=SCHEMA,
-        reply_schema=None,
-    )
+    provided = message_of("survey", "multi_query")
     check_class(provided, "survey", "query")
     with pytest.raises(InvalidMessageError, match="use 'tca query survey'"):
         check_class(provided, "survey", "goal")
