@@ -189,3 +189,12 @@ def test_a_tree_is_drawn_with_what_each_node_does():
         "└─ ✗ go d  failed  1.0 s  the door is closed (door_blocked)",
         "● go e  active  2.5 s",
     ]
+
+
+def test_what_is_suspended_or_was_retried_is_marked_in_the_tree():
+    held = status("b", "a", state="pending", suspended=True, waiting_for="being resumed")
+    statuses = [status("a", None, suspended=True, retries=2, attempt=3, handler="rogue"), held]
+    assert list(tree_lines(statuses, 12.5)) == [
+        "● go a  active, suspended, retried 2x  2.5 s  rogue (try 3)",
+        "└─ ‖ go b  pending, suspended  2.5 s  waits for being resumed",
+    ]
