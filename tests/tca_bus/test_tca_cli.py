@@ -45,12 +45,12 @@ class Office:
         self.options = options
         self.me = me
 
-    async def start(self, *arguments, **environment):
+    async def start(self, *arguments, stdin=asyncio.subprocess.DEVNULL, **environment):
         bus_of = {"TCA_CONNECT": self.options.connect, "TCA_REALM": self.options.realm}
         return await asyncio.create_subprocess_exec(
             sys.executable,
             *("-m", "tca_bus", *arguments),
-            stdin=asyncio.subprocess.DEVNULL,
+            stdin=stdin,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
             env={**os.environ, **bus_of, **environment},
