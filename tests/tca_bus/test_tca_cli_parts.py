@@ -211,6 +211,7 @@ async def test_typed_lines_come_one_by_one_from_pipes_and_files(tmp_path):
     waiting = asyncio.ensure_future(typed.next())
     await asyncio.sleep(0)
     waiting.cancel()
+    await asyncio.wait([waiting])
     os.close(writer)
     assert [await typed.next(), await typed.next()] == ["last", None]
     os.close(reader)
