@@ -124,8 +124,10 @@ def _condition(condition: str) -> TapCondition:
     try:
         return TapCondition(condition)
     except ValueError as error:
-        near = near_matches(condition, list(TapCondition)) or list(TapCondition)
-        raise ConfigError("condition", condition, f"one such as {', '.join(near)}") from error
+        near = near_matches(condition, list(TapCondition))
+        hint = f" (did you mean {', '.join(near)}?)" if near else ""
+        expected = f"one of {', '.join(sorted(TapCondition))}{hint}"
+        raise ConfigError("condition", condition, expected) from error
 
 
 def _new_id(kind: str) -> str:

@@ -20,7 +20,7 @@ from tca_bus._faults import failure_of
 from tca_bus._handlers import Handler
 from tca_bus._messages import Message, Query
 from tca_bus._presence import PresentModule, TapWord
-from tca_bus._rights import BUS_PREFIX
+from tca_bus._rights import BUS_PREFIX, Right
 from tca_bus._wire import Payload, decode_plain, encode_message
 
 if TYPE_CHECKING:
@@ -79,12 +79,32 @@ class Tapping:
         """The taps of this module, as its token names them."""
         return tuple(sorted({word for word, _ in self._mine.values()}))
 
-    async def told(self, told: TellTap, _: Context) -> None:
-        """A message that this module taps has come to a condition."""
+    async def told(self, told: TellTap, context: Context) -> None:
+        """A message that this module taps has come to a condition.
+
+        Raises:
+            RefusedError: The module that says so has no part in the message.
+        """
         notice = told.notice
+        self._check_teller(notice, context.sender)
         for word, action in list(self._mine.values()):
             if word.condition == notice.condition and word.message in {ANY, notice.message}:
                 await action(notice)
+
+    def _check_teller(self, notice: TapNotice, teller: str) -> None:
+        """Believe of a sending only who sent it, of the rest only who handles the message."""
+        if self._core is None or notice.condition is TapCondition.WHEN_SENT:
+            is_believed, who = teller == notice.sender, "its sender"
+        elif providers := self._core.presence.table.providers(notice.message):
+            is_believed, who = teller in {one.name for one in providers}, "who handles it"
+        else:
+            # Nobody provides a broadcast: those hear it who may.
+            permissions, owner = self._core.permissions, notice.sender
+            is_believed = permissions.may(teller, Right.LISTEN, notice.message, owner=owner)
+            who = "who may listen to it"
+        if not is_believed:
+            what = f"the word of {teller!r} that {notice.message!r} came to {notice.condition}"
+            raise RefusedError(what, f"a tap goes only by {who}")
 
     def sent(self, name: str, payload: Payload) -> None:
         """Tell of a message that this module sends."""

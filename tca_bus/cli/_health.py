@@ -14,14 +14,20 @@ from tca_bus.cli._client import Seen, joined, look_around
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, show_table
 
-EXPECTED = {
-    "central": "tca central",
+CENTRAL = {"central": "tca central"}
+
+OFFICE = {
+    **CENTRAL,
     "xavier": "xavier run",
     "speech": "xavier speech",
     "navigate": "navigate run",
     "rogue": "rogue agent",
 }
-"""The modules of the office and the commands that start them one by one."""
+"""The modules of the office and the commands that start them one by one.
+
+They are expected where one of them is there, or nobody serves anything but central: other robots
+have others.
+"""
 
 STUCK_SECONDS = 300.0
 """A task that has waited for so long is worth a word."""
@@ -40,7 +46,8 @@ class Finding:
 async def status(*, flags: BusFlags = DEFAULT_FLAGS) -> int:
     """Show in a few lines whether the office is up: exit code 0 if so, 1 if something is amiss."""
     seen, tasks = await _look(flags)
-    names = [*EXPECTED, *sorted({one.module.name for one in seen} - set(EXPECTED))]
+    expected = _expected(seen)
+    names = [*expected, *sorted({one.module.name for one in seen} - set(expected))]
     states = {one.module.name: one.state for one in seen}
     rows = [(name, states.get(name, "missing")) for name in names]
     if flags.json:
@@ -81,11 +88,18 @@ async def _look(flags: BusFlags) -> tuple[list[Seen], list[TaskStatus]]:
     return seen, tasks
 
 
+def _expected(seen: Sequence[Seen]) -> dict[str, str]:
+    """The modules that should be there, and the commands that start them."""
+    others = {one.module.name for one in seen if one.module.provides} - set(CENTRAL)
+    return CENTRAL if others and others.isdisjoint(OFFICE) else OFFICE
+
+
 def _missing(seen: Sequence[Seen]) -> Iterator[Finding]:
     present = [one.module.name for one in seen]
-    for name, start in EXPECTED.items():
+    for name, start in _expected(seen).items():
         if name not in present:
-            advice = f"start it with '{start}', or the whole office with 'rogue up'"
+            whole = "" if name in CENTRAL else ", or the whole office with 'rogue up'"
+            advice = f"start it with '{start}'{whole}"
             yield Finding(name, ok=False, text="is not there", advice=advice)
         elif present.count(name) > 1:
             pids = ", ".join(str(one.module.pid) for one in seen if one.module.name == name)
@@ -97,7 +111,7 @@ def _ailing(seen: Sequence[Seen]) -> Iterator[Finding]:
     for one in seen:
         name, pid = one.module.name, one.module.pid
         if one.card is None:
-            advice = f"its event loop hangs; 'kill -9 {pid}' ends it, 'rogue up' starts it again"
+            advice = f"its event loop hangs; 'kill -9 {pid}' ends it; then start it again"
             yield Finding(name, ok=False, text="does not answer", advice=advice)
             continue
         losses = [f"{count} of {queue}" for queue, count in one.card.dropped.items()]

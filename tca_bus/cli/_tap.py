@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, field
 from typing import Annotated, Any, cast
 
 from cyclopts import Parameter
@@ -21,6 +22,7 @@ from tca_bus import (
 )
 from tca_bus._attachments import ANY, BLOCKING
 from tca_bus._messages import Message, MessageClass
+from tca_bus.cli._answers import TypedLines
 from tca_bus.cli._client import joined, provided
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, note
@@ -35,18 +37,29 @@ class Listener:
 
     flags: BusFlags
     asks: bool
+    _turn: asyncio.Lock = field(default_factory=asyncio.Lock)
+    _typed: TypedLines = field(default_factory=lambda: TypedLines(sys.stdin.fileno()))
 
     async def hear(self, notice: TapNotice) -> None:
-        """Print a notice, and have a person decide about it.
+        """Print a notice, and have a person decide about it, one at a time.
 
         Raises:
-            TaskError: The person does not let it pass.
+            TaskError: The person does not let it pass, or nobody is there any more.
         """
-        if self.flags.json:
-            emit_json(notice, line=True)
-        else:
-            emit(notice_line(notice))
-        if self.asks and not await _yes("let it pass? [y/n] "):
+        async with self._turn:
+            if self.flags.json:
+                emit_json(notice, line=True)
+            else:
+                emit(notice_line(notice))
+            if self.asks:
+                await self._ask()
+
+    async def _ask(self) -> None:
+        note("let it pass? [y/n]")
+        answer = await self._typed.next()
+        if answer is None:
+            raise TaskError("nobody_there", "standard input has ended: nobody can let it pass")
+        if answer.strip().lower() not in {"y", "yes"}:
             raise TaskError("not_let_pass", "a person did not let it pass")
 
 
@@ -69,7 +82,8 @@ async def tap_message(
     ask
         Ask at the terminal whether each may pass; what may not, fails. For the conditions that
         hold the message: BeforeHandling, BeforePlanning, BeforeAchieving, WhenSuccess,
-        WhenFailure, WhenPlanned, WhenAchieved.
+        WhenFailure, WhenPlanned, WhenAchieved, WhenKilled. What waits for an answer when the
+        command ends goes on.
     """
     made = tap(condition, Broadcast)
     if ask and made.condition not in BLOCKING:
@@ -141,8 +155,3 @@ def _listener_type(module: Module, kind: type[Message]) -> type[Message]:
     made = cast("type[Message]", create_model("Tapped", __base__=(TapNotice, kind)))
     made.wire_name = f"tapped.{module.name}"
     return made
-
-
-async def _yes(question: str) -> bool:
-    answer = await asyncio.to_thread(input, question)
-    return answer.strip().lower() in {"y", "yes"}

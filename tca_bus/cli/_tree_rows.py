@@ -21,6 +21,9 @@ MARKS = {
     "killed": "⊘",
 }
 
+SUSPENDED_MARK = "‖"
+"""Instead of the mark of a node that waits and is suspended, or is below one that is."""
+
 LONGEST_RUN = 4
 """Siblings in a row that have all ended, or all wait, of which each has a row of its own."""
 
@@ -48,7 +51,7 @@ class Line:
 def node_text(status: TaskStatus, now: float, folded: str = "") -> str:
     """A node in one line; ``now`` is in seconds since the epoch, ``folded`` what is hidden."""
     seconds = max((status.ended or now) - status.created, 0.0)
-    parts = [f"{MARKS.get(status.state, '?')} {status.name} {status.id}  {status.state}"]
+    parts = [f"{_mark(status)} {status.name} {status.id}  {_state_words(status)}"]
     parts.append(f"{seconds:.1f} s{folded}")
     if status.handler:
         parts.append(status.handler + (f" (try {status.attempt})" if status.attempt > 1 else ""))
@@ -58,6 +61,20 @@ def node_text(status: TaskStatus, now: float, folded: str = "") -> str:
         killed = status.state == "killed"
         parts.append(status.failure.text if killed else status.failure.sentence())
     return "  ".join(parts)
+
+
+def _mark(status: TaskStatus) -> str:
+    is_held = status.suspended and status.state in WAITING
+    return SUSPENDED_MARK if is_held else MARKS.get(status.state, "?")
+
+
+def _state_words(status: TaskStatus) -> str:
+    words = [status.state.value]
+    if status.suspended and not status.is_ended:
+        words.append("suspended")
+    if status.retries:
+        words.append(f"retried {status.retries}x")
+    return ", ".join(words)
 
 
 def counted(counts: Counter[TaskState]) -> str:

@@ -64,6 +64,22 @@ class Graph(ABC):
             first = (order.first.task, order.first.point)
             self._connect(first, (target.id, point), order.delay)
 
+    def together(self, node: Node, point: Point) -> list[tuple[Node, Point]]:
+        """The point and those that pass together with it, as far as they have not passed."""
+        if point not in node.twins:
+            return [(node, point)]
+        seen: dict[PointOf, None] = {(node.id, point): None}
+        stack = [(node.id, point)]
+        while stack:
+            id, own_point = stack.pop()
+            other = self.nodes.get(id)
+            for twin in other.twins.get(own_point, ()) if other else ():
+                if twin not in seen:
+                    seen[twin] = None
+                    stack.append(twin)
+        present = [(self.nodes[id], own_point) for id, own_point in seen if id in self.nodes]
+        return [(one, own) for one, own in present if own not in one.passed and not one.has_ended]
+
     def _begin(self, time: float, node: Node) -> None:
         self.now = time
         self.touched[node.id] = None
@@ -112,7 +128,7 @@ class Graph(ABC):
         if point is Point.START_HANDLING and not node.answered:
             self._try_ready(node)
             return
-        group = self._together(node, point)
+        group = self.together(node, point)
         if not all(self._is_free(*member) for member in group):
             return
         gated = [self._is_gated(*member) for member in group]
@@ -121,24 +137,9 @@ class Graph(ABC):
         for member, own_point in group:
             self._pass(member, own_point)
 
-    def _together(self, node: Node, point: Point) -> list[tuple[Node, Point]]:
-        if point not in node.twins:
-            return [(node, point)]
-        seen: dict[PointOf, None] = {(node.id, point): None}
-        stack = [(node.id, point)]
-        while stack:
-            id, own_point = stack.pop()
-            other = self.nodes.get(id)
-            for twin in other.twins.get(own_point, ()) if other else ():
-                if twin not in seen:
-                    seen[twin] = None
-                    stack.append(twin)
-        present = [(self.nodes[id], own_point) for id, own_point in seen if id in self.nodes]
-        return [(one, own) for one, own in present if own not in one.passed and not one.has_ended]
-
     def _are_together(self, first: PointRef, node: Node, point: Point) -> bool:
         """Whether two points pass together anyway, so that none has to wait for the other."""
-        group = self._together(node, point)
+        group = self.together(node, point)
         return any(first == PointRef(task=one.id, point=own) for one, own in group)
 
     def _is_free(self, node: Node, point: Point) -> bool:
@@ -173,6 +174,9 @@ class Graph(ABC):
         if node is None or source not in node.open[target[1]]:
             return
         del node.open[target[1]][source]
+        child = self.nodes.get(source.id)
+        if child is None or child.task.parent != node.id or child.origin.gate is not None:
+            self.touched[node.id] = None
         if source.delay:
             self._delay_until(node, target[1], self.now + source.delay)
         self._try_point(node, target[1])

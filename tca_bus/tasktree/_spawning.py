@@ -56,6 +56,7 @@ class Spawning(Graph):
                 origin = Origin(Role.GATE, node.id, tap.id, point)
                 child = self._spawn(node, tap.listener, origin, data=_told(tap, node))
                 node.open[point][Source(child, Point.END_ACHIEVING)] = None
+                self.touched[node.id] = None
         return bool(node.open[point])
 
     def _fire_followers(self, node: Node, point: Point) -> None:

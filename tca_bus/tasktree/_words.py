@@ -17,12 +17,17 @@ _WORDS = {
     Point.END_ACHIEVING: "to be achieved",
 }
 
+BELOW = "what is below it to end"
+
 MOST_NAMED = 3
 """How many things one text names."""
 
 
 def waiting_for(node: Node, graph: Graph, pools: Pools, *, suspended: bool) -> str | None:
-    """Say what the node waits for; None when it waits for nothing but its own handler."""
+    """Say what the node waits for; None when it waits for nothing but its own handler.
+
+    When several things hold it those are named that are not seen below it anyway.
+    """
     if node.has_ended:
         return None
     if node.prepared:
@@ -38,13 +43,15 @@ def waiting_for(node: Node, graph: Graph, pools: Pools, *, suspended: bool) -> s
         return _constraint_words(node, graph)
     if state is TaskState.PENDING:
         return _pending_words(node, pools)
+    if node.handling is Handling.HANDLED:
+        return _constraint_words(node, graph) or BELOW
     return None
 
 
 def _end_words(node: Node) -> str:
     if node.handling is Handling.HANDLING:
         return f"its handler in {node.handler} to stop"
-    return f"{len(node.alive)} below it to end"
+    return BELOW
 
 
 def _recovery_words(node: Node, graph: Graph) -> str:
@@ -71,10 +78,9 @@ def _source_words(node: Node, graph: Graph, source: Source) -> list[str]:
         when = node.alarms.get(source.alarm, 0.0)
         return [f"the time {when:.1f}"]
     other = graph.nodes.get(source.id)
-    is_step_below = source.id in node.alive and source.point is Point.END_ACHIEVING
     if other is None or source.point is None or source.id == node.id:
         return []
-    if is_step_below and other.origin.gate is None:
+    if source.id in node.alive and other.origin.gate is None:
         return []
     later = f" and {source.delay:g} s more" if source.delay else ""
     return [f"{other.task.name} {other.id} {_WORDS[source.point]}{later}"]
@@ -83,13 +89,20 @@ def _source_words(node: Node, graph: Graph, source: Source) -> list[str]:
 def _twin_words(node: Node, graph: Graph) -> list[str]:
     """What a point waits for by way of the points that pass together with it."""
     words: dict[str, None] = {}
-    for twins in node.twins.values():
-        for id, point in twins:
-            twin = graph.nodes.get(id)
-            if twin is not None and twin.open[point]:
-                for source in twin.open[point]:
-                    words.update(dict.fromkeys(_source_words(twin, graph, source)))
+    for point in node.twins:
+        for twin, own_point in graph.together(node, point):
+            if twin is not node:
+                words.update(dict.fromkeys(_words_of_twin(twin, own_point, graph)))
     return list(words)
+
+
+def _words_of_twin(twin: Node, point: Point, graph: Graph) -> list[str]:
+    if twin.prepared:
+        return [f"{twin.task.sender} to send {twin.task.name} {twin.id}"]
+    found = [text for each in twin.open[point] for text in _source_words(twin, graph, each)]
+    if found or (twin.is_alive and not twin.open[point]):
+        return found
+    return [f"{twin.task.name} {twin.id} {_WORDS[point]}"]
 
 
 def _pending_words(node: Node, pools: Pools) -> str:

@@ -16,6 +16,7 @@ from tca_bus import (
     Module,
     Query,
     RefusedError,
+    TapCondition,
     TapNotice,
     TaskContext,
     TaskError,
@@ -24,6 +25,7 @@ from tca_bus import (
 )
 from tca_bus._keys import Keys, parse_presence
 from tca_bus._presence import PresentModule, TapWord
+from tca_bus._tapping import TellTap
 from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
@@ -162,6 +164,26 @@ async def test_a_tapper_that_is_gone_holds_nothing(
         await module.attach(tap("BeforeHandling", Allow), to=Where)
         await tapped(robot, by="other")
     assert (await robot.query(Where(), timeout=10.0)).x == 4.5
+
+
+async def test_of_a_message_only_those_are_believed_who_have_part_in_it(
+    robot: Module, options: BusOptions, listener: Listener
+):
+    await listener.module.attach(tap("AfterHandled", Noted), to=Where)
+    await listener.module.attach(tap("WhenSent", Noted), to=Spoke)
+    handled = TapNotice(
+        condition=TapCondition.AFTER_HANDLED, message="where", data={}, sender="user"
+    )
+    sent = TapNotice(condition=TapCondition.WHEN_SENT, message="spoke", data={}, sender="robot")
+    async with Module("liar", options=options) as liar:
+        await liar.wait_for(Where, Spoke, Noted, timeout=10.0)
+        with pytest.raises(RefusedError, match="only by who handles it"):
+            await liar.query(TellTap(notice=handled), to="listener")
+        with pytest.raises(RefusedError, match="only by its sender"):
+            await liar.query(TellTap(notice=sent), to="listener")
+    assert listener.heard == []
+    await robot.query(TellTap(notice=sent), to="listener")
+    await eventually(lambda: len(listener.heard) == 1)
 
 
 async def test_what_cannot_be_tapped_so_is_refused(listener: Listener):

@@ -67,6 +67,18 @@ class Histories(Changes):
                 assert status.waiting_for
 
     @invariant()
+    def what_is_handled_and_not_yet_done_says_what_holds_it(self) -> None:
+        for status in self.tree.statuses():
+            if status.handling == "handled" and not status.is_ended:
+                assert status.waiting_for
+
+    @invariant()
+    def what_was_published_says_the_same_as_the_tree(self) -> None:
+        for status in self.tree.statuses():
+            if status.state in {TaskState.HANDLED, TaskState.PLANNED}:
+                assert self.all[status.id].waiting_for == status.waiting_for
+
+    @invariant()
     def no_stated_constraint_is_broken(self) -> None:
         for order in list(self.orders):
             first, then = order.first, order.then

@@ -210,7 +210,7 @@ def test_a_kill_ends_what_waits_at_once_and_asks_what_runs_to_stop():
     assert office.last["A"].existence == "terminating"
     assert office.tree.status("A").waiting_for == "its handler in robot to stop"
     office.done("A", outcome=Outcome.KILLED)
-    assert office.tree.status("A").waiting_for == "1 below it to end"
+    assert office.tree.status("A").waiting_for == "what is below it to end"
     office.done("a1")
     assert office.state("A") is TaskState.KILLED
     assert office.last["A"].failure.text == "changed my mind"
@@ -292,7 +292,7 @@ def test_a_node_handled_again_waits_for_the_end_of_what_the_lost_try_began():
     office.appear("leg", "l1", 1)
     effects = office.apply(ProviderLost, "r1")
     assert [cancel.id for cancel in only(effects, Cancel)] == ["B"]
-    assert office.tree.status("A").waiting_for == "1 below it to end"
+    assert office.tree.status("A").waiting_for == "what is below it to end"
     effects = office.done("B", outcome=Outcome.KILLED)
     (dispatch,) = only(effects, Dispatch)
     assert (dispatch.id, dispatch.attempt) == ("A", 2)

@@ -45,12 +45,12 @@ class Office:
         self.options = options
         self.me = me
 
-    async def start(self, *arguments, **environment):
+    async def start(self, *arguments, stdin=asyncio.subprocess.DEVNULL, **environment):
         bus_of = {"TCA_CONNECT": self.options.connect, "TCA_REALM": self.options.realm}
         return await asyncio.create_subprocess_exec(
             sys.executable,
             *("-m", "tca_bus", *arguments),
-            stdin=asyncio.subprocess.DEVNULL,
+            stdin=stdin,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
             env={**os.environ, **bus_of, **environment},
@@ -250,8 +250,10 @@ async def test_changes_of_the_tree_are_watched():
         assert (await finish(process)).code == 0
 
 
-async def test_doctor_and_status_say_what_is_missing():
-    async with office() as here:
+async def test_doctor_and_status_say_what_of_the_office_is_missing():
+    async with bus() as options, central(options), Module("me", options=options) as me:
+        await me.wait_for("tca.submit", timeout=5.0)
+        here = Office(options, me)
         status, doctor = await asyncio.gather(here.tca("status", "--json"), here.tca("doctor"))
         assert status.code == 1
         assert status.json["modules"]["central"] == "ready"
@@ -259,6 +261,14 @@ async def test_doctor_and_status_say_what_is_missing():
         assert doctor.code == 1
         assert "ok  central: ready" in doctor.out
         assert "start it with 'navigate run'" in doctor.out
+
+
+async def test_doctor_and_status_want_of_another_robot_only_central():
+    async with office() as here:
+        status, doctor = await asyncio.gather(here.tca("status", "--json"), here.tca("doctor"))
+    assert (status.code, doctor.code) == (0, 0)
+    assert set(status.json["modules"]) == {"central", "robot", "me"}
+    assert "navigate" not in doctor.out
 
 
 async def test_without_central_it_says_how_to_start_one():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
+import os
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from tca_bus import ConfigError, Failure, InvalidMessageError, TaskStatus
 from tca_bus._protocol import ProvidedMessage
 from tca_bus._schema import schema_problems
+from tca_bus.cli._answers import TypedLines
 from tca_bus.cli._config import config_path, file_values
 from tca_bus.cli._payload import check_class, check_payload, parse_payload
 from tca_bus.cli._tree_rows import tree_lines
@@ -186,3 +189,31 @@ def test_a_tree_is_drawn_with_what_each_node_does():
         "└─ ✗ go d  failed  1.0 s  the door is closed (door_blocked)",
         "● go e  active  2.5 s",
     ]
+
+
+def test_what_is_suspended_or_was_retried_is_marked_in_the_tree():
+    held = status("b", "a", state="pending", suspended=True, waiting_for="being resumed")
+    statuses = [status("a", None, suspended=True, retries=2, attempt=3, handler="rogue"), held]
+    assert list(tree_lines(statuses, 12.5)) == [
+        "● go a  active, suspended, retried 2x  2.5 s  rogue (try 3)",
+        "└─ ‖ go b  pending, suspended  2.5 s  waits for being resumed",
+    ]
+
+
+async def test_typed_lines_come_one_by_one_from_pipes_and_files(tmp_path):
+    reader, writer = os.pipe()
+    typed = TypedLines(reader)
+    os.write(writer, b"y\nno\nlast")
+    assert [await typed.next(), await typed.next()] == ["y", "no"]
+    waiting = asyncio.ensure_future(typed.next())
+    await asyncio.sleep(0)
+    waiting.cancel()
+    await asyncio.wait([waiting])
+    os.close(writer)
+    assert [await typed.next(), await typed.next()] == ["last", None]
+    os.close(reader)
+    path = tmp_path / "answers"
+    path.write_text("y\n")
+    with path.open("rb", buffering=0) as file:
+        kept = TypedLines(file.fileno())
+        assert [await kept.next(), await kept.next()] == ["y", None]

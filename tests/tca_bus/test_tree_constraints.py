@@ -358,3 +358,31 @@ async def test_a_task_waits_for_a_time_and_for_a_delay(user: Module, robot: Robo
     assert first.status.ended is not None
     assert second.status.started is not None
     assert second.status.started >= first.status.ended + 0.2
+
+
+def test_what_waits_together_with_a_place_says_who_has_to_send_it():
+    office = Office()
+    office.goal("G")
+    place = office.prepare("P", parent="G")
+    office.command("C", "G", 0)
+    office.goal("H", "G", 0)
+    office.command("D", "H", 0)
+    office.constrain(TaskRef("D").achieving.end.together_with(TaskRef("C").achieving.end))
+    office.constrain(TaskRef("C").achieving.end.together_with(place.achieving.end))
+    office.done("D")
+    words = office.last["D"].waiting_for
+    assert words == "command C to be achieved, me to send command P"
+
+
+def test_a_task_that_is_handled_says_what_its_end_waits_for():
+    office = Office()
+    office.command("first", flags=0)
+    office.goal("A", flags=0)
+    office.command("a1", "A")
+    office.constrain(TaskRef("first").achieving.end <= A.achieving.end)
+    office.done("A")
+    assert office.last["A"].waiting_for == "command first to be achieved"
+    office.done("first")
+    assert office.last["A"].waiting_for == "what is below it to end"
+    office.done("a1")
+    assert office.state("A") is TaskState.ACHIEVED

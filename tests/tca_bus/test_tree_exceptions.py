@@ -220,7 +220,7 @@ def test_a_retry_of_the_context_begins_there_again():
     office.fail("E1")
     again = Resolution(action="retry", task="A", most=1)
     office.done(office.sent("fix")[0], resolution=again)
-    assert office.tree.status("A").waiting_for == "1 below it to end"
+    assert office.tree.status("A").waiting_for == "what is below it to end"
     office.stop("E2")
     assert office.handling("A")
     assert office.state("E1") is office.state("E2") is TaskState.KILLED

@@ -69,8 +69,8 @@ def test_a_blocking_tap_holds_its_point_until_its_listener_is_done(condition):
     (listener,) = office.sent("tap")
     assert office.tree.status(listener).parent == "G"
     assert GATES[condition] not in node.passed
-    if condition is TapCondition.BEFORE_HANDLING:
-        assert office.tree.status("G").waiting_for == f"tap {listener} to be achieved"
+    if condition is not TapCondition.BEFORE_ACHIEVING:
+        assert office.last["G"].waiting_for == f"tap {listener} to be achieved"
     office.done(listener)
     assert GATES[condition] in node.passed
     assert not office.sent("tap")
