@@ -177,4 +177,5 @@ def query_payload(query: zenoh.Query) -> Payload:
 
 def attachment_of(received: zenoh.Sample | zenoh.Query) -> bytes | None:
     """The attachment of what arrived, if it has one."""
-    return None if received.attachment is None else received.attachment.to_bytes()
+    attachment = received.attachment
+    return None if attachment is None else attachment.to_bytes()

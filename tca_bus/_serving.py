@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from collections import Counter
+from collections.abc import Awaitable
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import zenoh
@@ -26,7 +27,7 @@ from tca_bus._errors import (
     TaskFailedError,
 )
 from tca_bus._faults import FAILURE_NAMES, encode_error
-from tca_bus._handlers import QUERIES, Handler, Handlers
+from tca_bus._handlers import Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query, parse_sender
 from tca_bus._line import Request, request_of
 from tca_bus._messages import Message, MessageClass
@@ -199,7 +200,7 @@ class QueryServer:
     def _is_survey(self, name: str) -> bool:
         handler = self._handlers.get(name)
         return (
-            handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY
+            handler is not None and handler.message_type.message_class is MessageClass.MULTI_QUERY
         )
 
     def _cancel_survey(self, request: Request) -> None:
@@ -214,8 +215,12 @@ class QueryServer:
             message = decode_message(payload, handler.message_type)
             told = told_revision(payload)
             context = self._context(sender=address.caller, id=envelope.id)
-            async with self._place(handler, address):
-                value = await self._core.tapping.call(handler, message, context)
+            if handler.resource is None or address.caller == self._core.name:
+                # A module that asks itself may have the place already.
+                value = await self._run(handler, message, context)
+            else:
+                async with self._handlers.place(handler):
+                    value = await self._run(handler, message, context)
             return self._checked(_answer_of(value, handler.message_type, told), address.name)
         except Exception as error:
             self._note(error, address)
@@ -226,17 +231,15 @@ class QueryServer:
         self._core.permissions.check_answer(self._core.name, name, len(answer.payload.data))
         return answer
 
-    def _place(
-        self, handler: Handler, address: QueryAddress
-    ) -> contextlib.AbstractAsyncContextManager[None]:
-        """A place in the handler's resource; a module that asks itself may have it already."""
-        if address.caller == self._core.name:
-            return contextlib.nullcontext()
-        return self._handlers.turn(handler)
+    def _run(self, handler: Handler, message: Message, context: Context) -> Awaitable[Any]:
+        tapping = self._core.tapping
+        if tapping.is_tapped(handler.name):
+            return tapping.call(handler, message, context)
+        return handler.call(message, context)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)
-        if handler is None or handler.message_type.message_class not in QUERIES:
+        if handler is None or not handler.is_query:
             known = {h.message_type.wire_name for h in self._handlers}
             raise NoHandlerError(name, known)
         if self._handlers.is_held and not handler.built_in:
@@ -312,7 +315,12 @@ def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:
         InvalidMessageError: Its attachment does not say where the answer goes.
     """
     envelope = read_envelope(attachment_of(sample) or b"")
-    if not INCARNATION_PATTERN.fullmatch(envelope.sender):
+    if not _is_incarnation(envelope.sender):
         problem = f"sender: expected an incarnation, got {envelope.sender[:100]!r}"
         raise InvalidMessageError("attachment", [problem])
     return parse_query(str(sample.key_expr)), envelope
+
+
+@lru_cache(maxsize=1024)
+def _is_incarnation(text: str) -> bool:
+    return INCARNATION_PATTERN.fullmatch(text) is not None
