@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
 from collections.abc import Awaitable
 from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
@@ -72,7 +71,7 @@ class QueryServer:
         self._context = context
         self._cache = AnswerCache()
         self._running: dict[Request, _Running] = {}
-        self._under_way: Counter[str] = Counter()
+        self._under_way: dict[str, int] = {}
         self._turns = Turns(core, handlers, self._cancel_survey)
         self._loop = asyncio.get_running_loop()
         self._broken: asyncio.Future[None] = self._loop.create_future()
@@ -139,7 +138,7 @@ class QueryServer:
             self._running[request].ways.append(way)
         elif self._is_closing:
             way.drop()
-        elif self._under_way[name] >= MOST_RUNNING:
+        elif self._under_way.get(name, 0) >= MOST_RUNNING:
             self._refuse_more(way, name)
         elif not self._turns.enter(name, request):
             way.send(self._error_answer(self._at_capacity(name), name))
@@ -158,7 +157,7 @@ class QueryServer:
         work = self._work(request, ways, address, envelope, payload)
         task = self._loop.create_task(work, name=f"{self._core.name}.query.{address.name}")
         self._running[request] = _Running(task, ways)
-        self._under_way[address.name] += 1
+        self._under_way[address.name] = self._under_way.get(address.name, 0) + 1
         if self._is_survey(address.name):
             # One that is cancelled before its first step never comes to its own end.
             task.add_done_callback(lambda done: self._finish(request, address.name, done))
@@ -192,9 +191,9 @@ class QueryServer:
         del self._running[request]
         for way in running.ways:
             way.drop()
-        self._under_way[name] -= 1
-        if not self._under_way[name]:
-            del self._under_way[name]
+        left = self._under_way.pop(name) - 1
+        if left:
+            self._under_way[name] = left
         self._turns.leave(name, request)
 
     def _is_survey(self, name: str) -> bool:
@@ -261,7 +260,8 @@ class QueryServer:
         self._reply_error(query, self._error_answer(error, "query"))
 
     def _refuse_more(self, way: WayBack, name: str) -> None:
-        text = f"handler of {name} has {self._under_way[name]} queries under way: more are refused"
+        running = self._under_way.get(name, 0)
+        text = f"handler of {name} has {running} queries under way: more are refused"
         self._core.tally.complain(f"too many {name}", text)
         way.send(self._busy())
 
