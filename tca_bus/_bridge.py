@@ -74,22 +74,18 @@ class Mailbox(Generic[T]):
     def _drain(self) -> None:
         # Disarmed before emptying: an item posted from here on wakes the loop again.
         self._armed = False
+        items, consume = self._items, self._consume
         for _ in range(BATCH):
-            try:
-                item = self._items.popleft()
-            except IndexError:
+            if not items:
                 return
-            self._hand_over(item)
+            try:
+                consume(items.popleft())
+            except Exception:
+                # An item that cannot be consumed must not hold up those behind it.
+                logger.exception("an arrival was not taken")
         if not self._armed:
             self._armed = True
             self._loop.call_soon(self._drain)
-
-    def _hand_over(self, item: T) -> None:
-        # An item that cannot be consumed must not hold up those behind it.
-        try:
-            self._consume(item)
-        except Exception:
-            logger.exception("an arrival was not taken")
 
 
 def call_on(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
@@ -177,4 +173,5 @@ def query_payload(query: zenoh.Query) -> Payload:
 
 def attachment_of(received: zenoh.Sample | zenoh.Query) -> bytes | None:
     """The attachment of what arrived, if it has one."""
-    return None if received.attachment is None else received.attachment.to_bytes()
+    attachment = received.attachment
+    return None if attachment is None else attachment.to_bytes()

@@ -88,8 +88,10 @@ class Caller:
         callee = self._at_hand(name, to)
         try:
             if callee is not None:
-                with contextlib.suppress(AtCapacityError):
+                try:
                     return await self._ask(callee, request, deadline)
+                except AtCapacityError as error:
+                    logger.debug("%s", error)
             async with asyncio.timeout(deadline - time.monotonic()):
                 return await self._look_and_ask(request, to, is_full=callee is not None)
         except TimeoutError as error:
@@ -149,10 +151,15 @@ class Caller:
 
     def _at_hand(self, name: str, to: str | PresentModule | None) -> PresentModule | None:
         """Who is to answer, if somebody is there for certain and can be reached now."""
-        found = self._candidates(name, to) if self.core.session.can_send else []
-        if not found or not self.core.presence.table.state_of(found[0].incarnation):
+        if not self.core.session.can_send:
             return None
-        return found[0] if len(found) == 1 else self._choice.choose(found)
+        table = self.core.presence.table
+        found = table.providers(name) if to is None else self._candidates(name, to)
+        if len(found) > 1:
+            found = [one for one in found if table.state_of(one.incarnation)]
+        if len(found) != 1:
+            return self._choice.choose(found)
+        return found[0] if table.state_of(found[0].incarnation) else None
 
     async def _withdraw(self, callee: PresentModule, order: WithdrawRequest) -> None:
         try:

@@ -12,7 +12,7 @@ import logging
 import os
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -349,10 +349,17 @@ class Central:
                 continue
             effects = [effect for batch in batches for effect in batch.effects]
             await self._write(effects)
+            news = newest(effects)
+            self._publish(status for status in news if status.is_ended)
+            for status in news:
+                self.resources.task_changed(status)
+            self._carry_out(effects)
             for batch in batches:
-                self._carry_out(batch.effects)
                 if not batch.done.done():
                     batch.done.set_result(None)
+            # Handlers and who waits for the commit come before those who only look on.
+            await asyncio.sleep(0)
+            self._publish(status for status in news if not status.is_ended)
 
     async def _write(self, effects: list[Effect]) -> None:
         records = [effect for effect in effects if isinstance(effect, Record)]
@@ -368,14 +375,15 @@ class Central:
         while len(self.recent) > MOST_RECENT:
             self.recent.popitem(last=False)
 
+    def _publish(self, statuses: Iterable[TaskStatus]) -> None:
+        for status in statuses:
+            self.module.publish_status(status)
+            if status.is_ended:
+                self._on_end(status)
+
     def _carry_out(self, effects: list[Effect]) -> None:
         for effect in effects:
             match effect:
-                case Publish(status=status):
-                    self.module.publish_status(status)
-                    self.resources.task_changed(status)
-                    if status.is_ended:
-                        self._on_end(status)
                 case Dispatch():
                     self._post.dispatch(effect)
                 case Cancel():
@@ -393,6 +401,12 @@ class Central:
         await asyncio.sleep(wait.seconds)
         if self.tree.is_missing(wait.id, wait.number):
             self.happen(HandlerMissing(self.now(), wait.id))
+
+
+def newest(effects: Iterable[Effect]) -> list[TaskStatus]:
+    """The last status of each node in effects: what came before it nobody has seen yet."""
+    found = {one.status.id: one.status for one in effects if isinstance(one, Publish)}
+    return list(found.values())
 
 
 async def refuse_second(options: BusOptions) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import Counter
 from collections.abc import Iterable
 
 from tca_bus._presence import PresentModule
@@ -18,7 +17,7 @@ class Choice:
     """
 
     def __init__(self) -> None:
-        self._under_way: Counter[str] = Counter()
+        self._under_way: dict[str, int] = {}
         self._last_turn: dict[str, int] = {}
         self._turns = itertools.count(1)
 
@@ -32,14 +31,14 @@ class Choice:
 
     def began(self, incarnation: str) -> None:
         """A request to a module is under way."""
-        self._under_way[incarnation] += 1
+        self._under_way[incarnation] = self._under_way.get(incarnation, 0) + 1
         self._last_turn[incarnation] = next(self._turns)
 
     def ended(self, incarnation: str) -> None:
         """A request to a module is over, however it ended."""
-        self._under_way[incarnation] -= 1
-        if self._under_way[incarnation] <= 0:
-            del self._under_way[incarnation]
+        left = self._under_way.pop(incarnation, 0) - 1
+        if left > 0:
+            self._under_way[incarnation] = left
 
     def forget(self, incarnation: str) -> None:
         """A module is gone for good."""
@@ -47,4 +46,4 @@ class Choice:
 
     def _rank(self, module: PresentModule) -> tuple[int, int, str]:
         key = module.incarnation
-        return self._under_way[key], self._last_turn.get(key, 0), module.name
+        return self._under_way.get(key, 0), self._last_turn.get(key, 0), module.name

@@ -38,7 +38,7 @@ handled: ContextVar[Envelope | None] = ContextVar("handled", default=None)
 INCARNATION_PATTERN = re.compile(r"[A-Za-z0-9._-]{1,100}")
 """What a sender's incarnation has to be for an answer to find the way back: one chunk of a key."""
 
-_ENVELOPES = TypeAdapter(Envelope)
+_validate = TypeAdapter(Envelope).validator.validate_json
 
 _numbers = itertools.count(1)
 
@@ -55,10 +55,11 @@ def new_stamp(sender: str) -> Stamp:
     # An incarnation is unique, so with a number it names one message for ever.
     id = f"{sender}.{next(_numbers):x}"
     inside = handled.get()
-    trace = sending_traceparent()
-    if inside is None and trace is None:
+    task = None if inside is None else inside.task
+    trace = active_traceparent() or (None if inside is None else inside.traceparent)
+    if task is None and trace is None:
         return Stamp(id, f'{{"id":"{id}","sender":"{sender}"}}'.encode())
-    facts = {"id": id, "sender": sender, "task": inside and inside.task, "traceparent": trace}
+    facts = {"id": id, "sender": sender, "task": task, "traceparent": trace}
     return Stamp(id, to_json({name: fact for name, fact in facts.items() if fact is not None}))
 
 
@@ -82,7 +83,7 @@ def read_envelope(attachment: bytes | None) -> Envelope:
     if attachment is None:
         return new_envelope("")
     try:
-        return _ENVELOPES.validator.validate_json(attachment)  # type: ignore[no-any-return]
+        return _validate(attachment)  # type: ignore[no-any-return]
     except ValidationError as error:
         raise InvalidMessageError("attachment", problems_of(error)) from error
 
@@ -90,7 +91,8 @@ def read_envelope(attachment: bytes | None) -> Envelope:
 def begin_handling(envelope: Envelope) -> None:
     """Let what the running task of the loop sends from here on go on from a message."""
     handled.set(envelope)
-    adopt(envelope.traceparent)
+    if envelope.traceparent is not None:
+        adopt(envelope.traceparent)
 
 
 def sending_traceparent() -> str | None:

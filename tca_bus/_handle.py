@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from weakref import WeakSet
 
 from pydantic import TypeAdapter
 
@@ -44,6 +45,8 @@ class TaskHandle(HasPoints, Generic[R]):
         self._on_failure = on_failure
         self._changed = asyncio.Event()
         self._is_stale = False
+        self.kin: WeakSet[TaskHandle[Any]] | None = None
+        """The handles of the task in this module, which stay together while there is one."""
 
     @property
     def id(self) -> str:

@@ -50,7 +50,8 @@ class Handler:
     @property
     def is_query(self) -> bool:
         """Whether it answers queries."""
-        return self.message_type.message_class in QUERIES
+        kind = self.message_type.message_class
+        return kind is MessageClass.QUERY or kind is MessageClass.MULTI_QUERY
 
     async def call(self, message: Any, context: Any) -> Any:
         """Run the function; a place for it is the caller's to hold.
@@ -141,10 +142,6 @@ class Handlers:
     def place(self, handler: Handler) -> contextlib.AbstractAsyncContextManager[None]:
         """Hold a place in the handler's resources while the block runs."""
         return self.resources.place(handler.name, handler.capacity or 1, handler.resource)
-
-    def turn(self, handler: Handler) -> contextlib.AbstractAsyncContextManager[None]:
-        """As `place`, for messages that do not pass central: bounded only in a resource."""
-        return contextlib.nullcontext() if handler.resource is None else self.place(handler)
 
     def get(self, name: str) -> Handler | None:
         """The handler of a message, if there is one."""

@@ -7,9 +7,11 @@ WAL mode with full synchronisation a commit survives the end of the process and 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import sqlite3
 import time
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 from types import TracebackType
@@ -20,6 +22,7 @@ import aiosqlite
 from tca_bus._errors import ConfigError, TcaError
 from tca_bus._log_reader import END, LogReader
 from tca_bus._protocol import LogEntry, ReadLog, TaskStatus
+from tca_bus._queued_sqlite import Queue, connect
 from tca_bus.resources import (
     KINDS,
     Changes,
@@ -51,6 +54,14 @@ BEGINNINGS = (Submitted, Prepared, Registered)
 
 INSERT_EVENT = "INSERT INTO events (time, root, task, name, kind, body) VALUES (?, ?, ?, ?, ?, ?)"
 
+BEGIN_ROOT = (
+    "INSERT INTO roots (root) VALUES (?1) ON CONFLICT DO UPDATE "
+    "SET ended = CASE WHEN ?2 THEN NULL ELSE ended END"
+)
+END_ROOT = "UPDATE roots SET ended = ? WHERE root = ?"
+FORGET_ROOTS = "DELETE FROM roots WHERE ended IS NOT NULL AND root NOT IN (SELECT root FROM events)"
+KEEP_TASK = "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)"
+
 MOST_IN_MEMORY = 20_000
 """Events that a journal without a file keeps."""
 
@@ -81,6 +92,7 @@ class Journal:
         self._path = path
         self.name = str(path) if path else "in memory"
         self._open: aiosqlite.Connection | None = None
+        self._queue: Queue = deque()
         self._written = 0
         self._one_at_a_time = asyncio.Lock()
         self.generation = 0
@@ -119,7 +131,18 @@ class Journal:
         Raises:
             JournalError: It could not be written.
         """
-        await self.transact(lambda _: self._write(records, freed, ended))
+        async with self._writing():
+            self._queue_tree(records, freed, ended)
+
+    @contextlib.asynccontextmanager
+    async def _writing(self) -> AsyncIterator[None]:
+        """Commit at the end of the block, with no other writer in between."""
+        async with self._one_at_a_time:
+            try:
+                yield
+                await self._db.commit()
+            except sqlite3.Error as error:
+                raise JournalError(self.name, str(error)) from error
 
     async def transact(self, work: Callable[[aiosqlite.Connection], Awaitable[T]]) -> T:
         """Do ``work`` on the database and commit it, with no other writer in between.
@@ -127,41 +150,26 @@ class Journal:
         Raises:
             JournalError: It could not be written.
         """
-        async with self._one_at_a_time:
-            try:
-                value = await work(self._db)
-                await self._db.commit()
-            except sqlite3.Error as error:
-                raise JournalError(self.name, str(error)) from error
-        return value
+        async with self._writing():
+            return await work(self._db)
 
-    async def _write(
+    def _queue_tree(
         self, records: Sequence[Record], freed: Sequence[Freed], ended: Sequence[Ended]
     ) -> None:
-        """A statement for each table, since each is a hop to the database's thread."""
         begun: dict[str, bool] = {}
         for record in records:
             is_beginning = isinstance(record.event, BEGINNINGS)
             begun[record.root] = begun.get(record.root, False) or is_beginning
         # The end of a forgotten kill must not hide the task that came after all.
-        await self._db.executemany(
-            "INSERT INTO roots (root) VALUES (?1) ON CONFLICT DO UPDATE "
-            "SET ended = CASE WHEN ?2 THEN NULL ELSE ended END",
-            list(begun.items()),
-        )
+        self._queue.append((BEGIN_ROOT, list(begun.items())))
         lines = [*map(_line_of, records), *map(_last_line_of, freed)]
         self._written += len(lines)
-        await self._db.executemany(INSERT_EVENT, lines)
+        self._queue.append((INSERT_EVENT, lines))
         if freed:
-            await self._db.executemany(
-                "INSERT OR REPLACE INTO tasks (task, root, number, status) VALUES (?, ?, ?, ?)",
-                [_task_of(free) for free in freed],
-            )
+            self._queue.append((KEEP_TASK, [_task_of(free) for free in freed]))
         if ended:
-            await self._db.executemany(
-                "UPDATE roots SET ended = ? WHERE root = ?", [(end.time, end.root) for end in ended]
-            )
-        await self._prune()
+            self._queue.append((END_ROOT, [(end.time, end.root) for end in ended]))
+        self._prune()
 
     async def write_resources(self, changes: Iterable[Changes]) -> None:
         """Write what happened to resources in one transaction; it is kept when this returns.
@@ -169,14 +177,12 @@ class Journal:
         Raises:
             JournalError: It could not be written.
         """
-        await self.transact(lambda _: self._write_changes(changes))
-
-    async def _write_changes(self, changes: Iterable[Changes]) -> None:
-        for change in changes:
-            names = {status.id: ", ".join(status.names) for status in change.statuses}
-            for event in change.records:
-                await self._write_resource_event(event, names)
-        await self._prune()
+        async with self._writing():
+            for change in changes:
+                names = {status.id: ", ".join(status.names) for status in change.statuses}
+                for event in change.records:
+                    self._queue_resource_event(event, names)
+            self._prune()
 
     async def living_resource_events(self) -> list[ResourceEvent]:
         """The events of what is declared and of all holds that have not ended, in order.
@@ -245,20 +251,18 @@ class Journal:
         except ValueError as error:
             raise JournalError(self.name, f"line {number} cannot be read: {error}") from error
 
-    async def _write_resource_event(self, event: ResourceEvent, names: dict[str, str]) -> None:
+    def _queue_resource_event(self, event: ResourceEvent, names: dict[str, str]) -> None:
         kind, body = encode_resource_event(event)
         root = event.subject
         ended = event.time if isinstance(event, Finished) else None
         query = "INSERT INTO roots VALUES (?, ?) ON CONFLICT DO UPDATE SET ended = excluded.ended"
-        await self._db.execute(query, (root, ended))
+        self._queue.append((query, [(root, ended)]))
         subject = root.partition("/")[2]
-        await self._insert(event.time, root, subject, names.get(subject, subject), kind, body)
-
-    async def _insert(self, *values: object) -> None:
+        line = (event.time, root, subject, names.get(subject, subject), kind, body)
+        self._queue.append((INSERT_EVENT, [line]))
         self._written += 1
-        await self._db.execute(INSERT_EVENT, values)
 
-    async def _prune(self) -> None:
+    def _prune(self) -> None:
         """Forget old history when there is no file to hold it."""
         if self._path is not None or self._written < MOST_IN_MEMORY // 10:
             return
@@ -268,15 +272,17 @@ class Journal:
             "(SELECT root FROM events WHERE number <= (SELECT max(number) - ? FROM events))"
         )
         for table in ("tasks", "events"):
-            await self._db.execute(f"DELETE FROM {table} WHERE root IN ({old})", (MOST_IN_MEMORY,))  # noqa: S608
-        await self._db.execute(
+            query = f"DELETE FROM {table} WHERE root IN ({old})"  # noqa: S608
+            self._queue.append((query, [(MOST_IN_MEMORY,)]))
+        query = (
             "DELETE FROM roots WHERE ended IS NOT NULL AND root NOT IN (SELECT root FROM events)"
         )
+        self._queue.append((query, [()]))
 
     async def _connect(self) -> None:
         if self._path is not None:
             self._make_folder(self._path.parent)
-        self._open = await aiosqlite.connect(self._path or ":memory:")
+        self._open = await connect(self._path or ":memory:", self._queue)
         await self._db.execute(f"PRAGMA busy_timeout = {LOCK_PATIENCE_MS}")
         # One central per journal: the lock lasts as long as the connection.
         await self._db.execute("PRAGMA locking_mode = EXCLUSIVE")

@@ -31,6 +31,7 @@ from __future__ import annotations
 import enum
 import re
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 from tca_bus._presence import PresentModule, Stage, TapWord
@@ -156,6 +157,7 @@ class Keys:
         return f"{self.realm}/presence/**"
 
 
+@lru_cache(maxsize=4096)
 def parse_query(key: str) -> QueryAddress:
     """Read name and caller from the key of a query, published or not.
 

@@ -33,9 +33,8 @@ class Outlet:
 
     def put(self, payload: Payload, attachment: bytes) -> None:
         """Publish."""
-        self._publisher.put(
-            payload.data, encoding=_encoding(payload.encoding), attachment=attachment
-        )
+        data, encoding = payload
+        self._publisher.put(data, encoding=_encoding(encoding), attachment=attachment)
 
     @property
     def is_heard(self) -> bool:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-from collections import Counter
+from collections.abc import Awaitable
+from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import zenoh
@@ -26,7 +26,7 @@ from tca_bus._errors import (
     TaskFailedError,
 )
 from tca_bus._faults import FAILURE_NAMES, encode_error
-from tca_bus._handlers import QUERIES, Handler, Handlers
+from tca_bus._handlers import Handler, Handlers
 from tca_bus._keys import QueryAddress, parse_query, parse_sender
 from tca_bus._line import Request, request_of
 from tca_bus._messages import Message, MessageClass
@@ -71,7 +71,7 @@ class QueryServer:
         self._context = context
         self._cache = AnswerCache()
         self._running: dict[Request, _Running] = {}
-        self._under_way: Counter[str] = Counter()
+        self._under_way: dict[str, int] = {}
         self._turns = Turns(core, handlers, self._cancel_survey)
         self._loop = asyncio.get_running_loop()
         self._broken: asyncio.Future[None] = self._loop.create_future()
@@ -138,7 +138,7 @@ class QueryServer:
             self._running[request].ways.append(way)
         elif self._is_closing:
             way.drop()
-        elif self._under_way[name] >= MOST_RUNNING:
+        elif self._under_way.get(name, 0) >= MOST_RUNNING:
             self._refuse_more(way, name)
         elif not self._turns.enter(name, request):
             way.send(self._error_answer(self._at_capacity(name), name))
@@ -157,7 +157,7 @@ class QueryServer:
         work = self._work(request, ways, address, envelope, payload)
         task = self._loop.create_task(work, name=f"{self._core.name}.query.{address.name}")
         self._running[request] = _Running(task, ways)
-        self._under_way[address.name] += 1
+        self._under_way[address.name] = self._under_way.get(address.name, 0) + 1
         if self._is_survey(address.name):
             # One that is cancelled before its first step never comes to its own end.
             task.add_done_callback(lambda done: self._finish(request, address.name, done))
@@ -191,15 +191,15 @@ class QueryServer:
         del self._running[request]
         for way in running.ways:
             way.drop()
-        self._under_way[name] -= 1
-        if not self._under_way[name]:
-            del self._under_way[name]
+        left = self._under_way.pop(name) - 1
+        if left:
+            self._under_way[name] = left
         self._turns.leave(name, request)
 
     def _is_survey(self, name: str) -> bool:
         handler = self._handlers.get(name)
         return (
-            handler is not None and handler.message_type.message_class == MessageClass.MULTI_QUERY
+            handler is not None and handler.message_type.message_class is MessageClass.MULTI_QUERY
         )
 
     def _cancel_survey(self, request: Request) -> None:
@@ -214,8 +214,12 @@ class QueryServer:
             message = decode_message(payload, handler.message_type)
             told = told_revision(payload)
             context = self._context(sender=address.caller, id=envelope.id)
-            async with self._place(handler, address):
-                value = await self._core.tapping.call(handler, message, context)
+            if handler.resource is None or address.caller == self._core.name:
+                # A module that asks itself may have the place already.
+                value = await self._run(handler, message, context)
+            else:
+                async with self._handlers.place(handler):
+                    value = await self._run(handler, message, context)
             return self._checked(_answer_of(value, handler.message_type, told), address.name)
         except Exception as error:
             self._note(error, address)
@@ -226,17 +230,15 @@ class QueryServer:
         self._core.permissions.check_answer(self._core.name, name, len(answer.payload.data))
         return answer
 
-    def _place(
-        self, handler: Handler, address: QueryAddress
-    ) -> contextlib.AbstractAsyncContextManager[None]:
-        """A place in the handler's resource; a module that asks itself may have it already."""
-        if address.caller == self._core.name:
-            return contextlib.nullcontext()
-        return self._handlers.turn(handler)
+    def _run(self, handler: Handler, message: Message, context: Context) -> Awaitable[Any]:
+        tapping = self._core.tapping
+        if tapping.is_tapped(handler.name):
+            return tapping.call(handler, message, context)
+        return handler.call(message, context)
 
     def _find(self, name: str) -> Handler:
         handler = self._handlers.get(name)
-        if handler is None or handler.message_type.message_class not in QUERIES:
+        if handler is None or not handler.is_query:
             known = {h.message_type.wire_name for h in self._handlers}
             raise NoHandlerError(name, known)
         if self._handlers.is_held and not handler.built_in:
@@ -258,7 +260,8 @@ class QueryServer:
         self._reply_error(query, self._error_answer(error, "query"))
 
     def _refuse_more(self, way: WayBack, name: str) -> None:
-        text = f"handler of {name} has {self._under_way[name]} queries under way: more are refused"
+        running = self._under_way.get(name, 0)
+        text = f"handler of {name} has {running} queries under way: more are refused"
         self._core.tally.complain(f"too many {name}", text)
         way.send(self._busy())
 
@@ -312,7 +315,12 @@ def _read_call(sample: zenoh.Sample) -> tuple[QueryAddress, Envelope]:
         InvalidMessageError: Its attachment does not say where the answer goes.
     """
     envelope = read_envelope(attachment_of(sample) or b"")
-    if not INCARNATION_PATTERN.fullmatch(envelope.sender):
+    if not _is_incarnation(envelope.sender):
         problem = f"sender: expected an incarnation, got {envelope.sender[:100]!r}"
         raise InvalidMessageError("attachment", [problem])
     return parse_query(str(sample.key_expr)), envelope
+
+
+@lru_cache(maxsize=1024)
+def _is_incarnation(text: str) -> bool:
+    return INCARNATION_PATTERN.fullmatch(text) is not None

@@ -75,6 +75,10 @@ class Subscription(Generic[M]):
             await self._bell.wait()
         return self._items.popleft()
 
+    def at_hand(self) -> M | None:
+        """The next message if one is there; None is no end."""
+        return self._items.popleft() if self._items else None
+
     async def get(self) -> M:
         """The next message.
 

@@ -108,7 +108,7 @@ class Tapping:
 
     def sent(self, name: str, payload: Payload) -> None:
         """Tell of a message that this module sends."""
-        if self._core is None or not self._taps(name):
+        if self._core is None or not self.is_tapped(name):
             return
         notice = TapNotice(
             condition=TapCondition.WHEN_SENT,
@@ -118,13 +118,18 @@ class Tapping:
         )
         self._tell(notice)
 
+    def is_tapped(self, name: str) -> bool:
+        """Whether anybody taps a message."""
+        # As a rule nobody taps anything.
+        return self._index != {} and bool(self._taps(name))
+
     async def call(self, handler: Handler, message: Message, context: Context) -> Any:
         """Run a handler, telling those who tap its message.
 
         Raises:
             RefusedError: A blocking tap that is to fail did not let it pass.
         """
-        if not self._taps(handler.name):
+        if not self.is_tapped(handler.name):
             return await handler.call(message, context)
         notice = TapNotice(
             condition=TapCondition.BEFORE_HANDLING,

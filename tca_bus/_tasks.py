@@ -8,7 +8,7 @@ import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
-from weakref import WeakValueDictionary
+from weakref import WeakSet, WeakValueDictionary
 
 from pydantic import TypeAdapter
 
@@ -75,7 +75,9 @@ class TaskSender:
     core: Core
     caller: Caller
     topics: Topics
-    _handles: WeakValueDictionary[str, TaskHandle[Any]] = field(default_factory=WeakValueDictionary)
+    _handles: WeakValueDictionary[str, WeakSet[TaskHandle[Any]]] = field(
+        default_factory=WeakValueDictionary
+    )
     _early: list[Early] = field(default_factory=list)
     _central_seen: bool = False
     holding: Callable[[], tuple[str, ...]] = tuple
@@ -106,7 +108,9 @@ class TaskSender:
         """
         right = Right.MONITOR if task.task_class == "monitor" else Right.SEND
         self.core.permissions.check_task(self.core.name, task.name, task.data, right=right)
-        task = task.model_copy(update={"traceparent": sending_traceparent()})
+        trace = sending_traceparent()
+        if trace != task.traceparent:
+            task = task.model_copy(update={"traceparent": trace})
         early = Early(task.id)
         self._early.append(early)
         try:
@@ -114,10 +118,18 @@ class TaskSender:
         finally:
             self._early.remove(early)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
-        self._handles[f"{task.id}/{id(handle)}"] = handle
+        self._follow(handle)
         if early.status is not None:
             handle.update(early.status)
         return handle
+
+    def _follow(self, handle: TaskHandle[Any]) -> None:
+        """Keep a handle informed for as long as somebody holds it, or another of its task."""
+        kin = self._handles.get(handle.id)
+        if kin is None:
+            kin = self._handles[handle.id] = WeakSet()
+        kin.add(handle)
+        handle.kin = kin
 
     async def kill(
         self, task_id: str, *, reason: str, only_below: bool = False, timeout: float = 10.0
@@ -188,9 +200,8 @@ class TaskSender:
         status = arrival.value
         for early in self._early:
             early.take(status)
-        for handle in list(self._handles.values()):
-            if handle.id == status.id:
-                handle.update(status)
+        for handle in list(self._handles.get(status.id, ())):
+            handle.update(status)
 
     def _presence_changed(self, change: PresenceChange) -> None:
         if change.module.name != CENTRAL or not change.appeared:
@@ -200,8 +211,9 @@ class TaskSender:
 
     def ask_again(self) -> None:
         """Have all who wait for a task ask central: states published meanwhile were lost."""
-        for handle in list(self._handles.values()):
-            handle.ask_again()
+        for kin in list(self._handles.values()):
+            for handle in list(kin):
+                handle.ask_again()
 
 
 def decode_status(payload: Any) -> tuple[TaskStatus]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import zenoh
 from zenoh.handlers import Callback
 
 from tca_bus._bridge import Mailbox, attachment_of, payload_of
+from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._envelope import Envelope, begin_handling, new_stamp, read_envelope
 from tca_bus._errors import InvalidMessageError
@@ -44,7 +45,7 @@ class Topic:
         self._core = core
         self._key = key
         self._decode = decode
-        self.sinks: list[Sink] = []
+        self.sinks: tuple[Sink, ...] = ()
         box = Mailbox[zenoh.Sample](self._take, size=MAILBOX_SIZE)
         core.tally.counters[key] = lambda: box.dropped
         self._subscriber = core.session.zenoh.declare_subscriber(key, Callback(box.post))
@@ -59,7 +60,7 @@ class Topic:
             return
         for value in values:
             arrival = Arrival(value, sender, envelope)
-            for sink in list(self.sinks):
+            for sink in self.sinks:
                 sink(arrival)
 
     def end(self) -> None:
@@ -82,14 +83,17 @@ class Topics:
 
     def publish(self, kind: MessageClass, name: str, payload: Payload) -> None:
         """Send to all who listen; a broadcast while the router is away is lost and counted."""
-        self._core.permissions.check_sending(self._core.name, name, len(payload.data))
-        self._core.tapping.sent(name, payload)
-        key = self._core.keys.one_way(kind.value, name, self._core.name)
-        if not self._core.session.can_send:
+        core = self._core
+        core.permissions.check_sending(core.name, name, len(payload.data))
+        core.tapping.sent(name, payload)
+        if not core.session.can_send:
             self._lost += 1
             return
-        outlets = self._core.outlets if kind == MessageClass.INFORM else self._broadcasts
-        outlets.at(key).put(payload, new_stamp(self._core.incarnation).attachment)
+        if kind is MessageClass.INFORM:
+            outlet = core.outlets.at(core.keys.one_way("inform", name, core.name))
+        else:
+            outlet = self._broadcasts.at(core.keys.one_way("broadcast", name, core.name))
+        outlet.put(payload, new_stamp(core.incarnation).attachment)
 
     def send(self, key: str, payload: Payload) -> None:
         """Send on a key that is used once or twice; not dropped when the link is congested."""
@@ -104,10 +108,12 @@ class Topics:
         topic = self._topics.get(key)
         if topic is None:
             topic = self._topics[key] = Topic(self._core, key, decode)
-        topic.sinks.append(sink)
+        topic.sinks = (*topic.sinks, sink)
 
         def end() -> None:
-            topic.sinks.remove(sink)
+            kept = list(topic.sinks)
+            kept.remove(sink)
+            topic.sinks = tuple(kept)
             if not topic.sinks:
                 del self._topics[key]
                 topic.end()
@@ -126,14 +132,28 @@ class Topics:
         self, handler: Handler, handlers: Handlers, arrivals: Subscription[Arrival[Any]]
     ) -> None:
         """Run a handler for each message in turn; one that fails is logged and left behind."""
-        async for arrival in arrivals:
-            begin_handling(arrival.envelope)
-            context = self._context(sender=arrival.sender, id=arrival.envelope.id)
-            try:
-                async with handlers.turn(handler):
-                    await self._core.tapping.call(handler, arrival.value, context)
-            except Exception as error:
-                name = handler.message_type.wire_name
-                cause = f"handler of {name}: {type(error).__name__}"
-                text = f"handler of {name} from {arrival.sender} failed"
-                self._core.tally.complain(cause, text, error=error)
+        async for first in arrivals:
+            arrival: Arrival[Any] | None = first
+            while arrival is not None:
+                begin_handling(arrival.envelope)
+                context = self._context(sender=arrival.sender, id=arrival.envelope.id)
+                try:
+                    if handler.resource is None:
+                        await self._run(handler, arrival.value, context)
+                    else:
+                        async with handlers.place(handler):
+                            await self._run(handler, arrival.value, context)
+                except Exception as error:
+                    self._complain(error, handler, arrival.sender)
+                arrival = arrivals.at_hand()
+
+    def _run(self, handler: Handler, message: Message, context: Context) -> Awaitable[Any]:
+        tapping = self._core.tapping
+        if tapping.is_tapped(handler.name):
+            return tapping.call(handler, message, context)
+        return handler.call(message, context)
+
+    def _complain(self, error: Exception, handler: Handler, sender: str) -> None:
+        name = handler.message_type.wire_name
+        cause = f"handler of {name}: {type(error).__name__}"
+        self._core.tally.complain(cause, f"handler of {name} from {sender} failed", error=error)

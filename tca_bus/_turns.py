@@ -129,7 +129,7 @@ class Turns:
         line = self._lines.get(name)
         if line is None:
             handler = self._handlers.get(name)
-            if handler is None or not handler.is_query or handler.capacity is None:
+            if handler is None or handler.capacity is None or not handler.is_query:
                 return None
             line = self._lines[name] = Line(handler.capacity)
         return line

@@ -6,10 +6,9 @@ The Zenoh encoding names the message and its revision: ``application/json;xavier
 
 from __future__ import annotations
 
-import contextlib
 import json
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
 from importlib import import_module
 from types import ModuleType
 from typing import Any, NamedTuple, TypeVar
@@ -71,10 +70,23 @@ def json_encoding(message_type: type[Message], suffix: str = "") -> str:
 
 def encode_message(message: Message) -> Payload:
     """Encode a message: JSON, or a frame if its type has array fields."""
-    kind = type(message)
+    write, encoding = _writer(type(message))
+    return Payload(write(message), encoding)
+
+
+@cache
+def _writer(kind: type[Message]) -> tuple[Callable[[Message], bytes], str]:
+    """What writes messages of a type, and their encoding."""
     if array_fields(kind):
-        return _frame(message, f"{kind.wire_name}@{kind.revision}")
-    return Payload(message_adapter(kind).serializer.to_json(message), json_encoding(kind))
+        encoding = f"{FRAME_TYPE};{kind.wire_name}@{kind.revision}"
+        return lambda message: _frame(message, "").data, encoding
+    return message_adapter(kind).serializer.to_json, json_encoding(kind)
+
+
+@cache
+def _reader(kind: type[Message]) -> tuple[Callable[[bytes], Message], str]:
+    """What reads JSON messages of a type, and the encoding that they have as a rule."""
+    return message_adapter(kind).validator.validate_json, json_encoding(kind)
 
 
 def encode_answer(
@@ -101,12 +113,18 @@ def decode_message(payload: Payload, message_type: type[Message]) -> Message:
     Raises:
         InvalidMessageError: It is none; the error names fields, values and what was expected.
     """
-    adapter = message_adapter(message_type)
-    if payload.encoding == json_encoding(message_type):
-        # Nearly all; what does not fit is looked at more closely below.
-        with contextlib.suppress(ValidationError):
-            return adapter.validator.validate_json(payload.data)  # type: ignore[no-any-return]
-    name = message_type.wire_name
+    read, encoding = _reader(message_type)
+    if payload.encoding == encoding:
+        try:
+            return read(payload.data)
+        except ValidationError:
+            return _decode_message(payload, message_type)
+    return _decode_message(payload, message_type)
+
+
+def _decode_message(payload: Payload, message_type: type[Message]) -> Message:
+    """Validate a payload of any revision, and say what does not fit."""
+    adapter, name = message_adapter(message_type), message_type.wire_name
     told = _told_revision(payload.encoding, name)
     try:
         return understand(
@@ -156,8 +174,13 @@ def _list_adapter(message_type: type[Message]) -> TypeAdapter[list[Message]]:
 
 def told_revision(payload: Payload) -> int | None:
     """The revision that the sender says a payload is of; None if it does not say."""
-    _, _, tag = payload.encoding.partition(";")
-    told = _told_revision(payload.encoding, tag.partition("@")[0])
+    return _number_in(payload.encoding)
+
+
+@lru_cache(maxsize=1024)
+def _number_in(encoding: str) -> int | None:
+    _, _, tag = encoding.partition(";")
+    told = _told_revision(encoding, tag.partition("@")[0])
     return told if isinstance(told, int) else None
 
 
