@@ -49,7 +49,7 @@ async def replay(
     /,
     *,
     speed: str = "1",
-    keys: Keys = (),
+    only: Keys = (),
     remap: Keys = (),
     skip: Annotated[float, Parameter(validator=Number(gte=0))] = 0.0,
     presence: Annotated[bool, Parameter(negative="")] = False,
@@ -66,7 +66,7 @@ async def replay(
         The recording.
     speed
         How many times as fast as it was; max is as fast as the bus takes it.
-    keys
+    only
         Replay only these; as for 'tca record', may be given more than once.
     remap
         OLD=NEW: what begins with the key OLD goes to NEW; may be given more than once.
@@ -83,5 +83,5 @@ async def replay(
         await asyncio.to_thread(_recordings.show_info, file, flags)
         return
     await _recordings.replay_recording(
-        file, speed=speed, keys=keys, remap=remap, skip=skip, presence=presence, flags=flags
+        file, speed=speed, keys=only, remap=remap, skip=skip, presence=presence, flags=flags
     )

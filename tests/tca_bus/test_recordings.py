@@ -372,7 +372,7 @@ async def test_the_command_line_records_and_replays(tmp_path):
         assert "tca.status@1" in table.out
         async with here.me.subscribe(Ring):
             replayed = await here.tca(
-                *("replay", str(path), "--speed", "max", "--keys", "ring", "--json")
+                *("replay", str(path), "--speed", "max", "--only", "ring", "--json")
             )
         assert replayed.json["messages"] >= 1
         await refused(here, path)
