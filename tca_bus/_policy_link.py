@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import time
 
 import zenoh
@@ -23,6 +24,8 @@ from tca_bus._problems import problems_of
 from tca_bus._session import Session
 from tca_bus._wire import Payload
 
+logger = logging.getLogger(__name__)
+
 ENCODING = "application/json;tca.policy@1"
 
 ASK_TIMEOUT = 2.0
@@ -32,6 +35,11 @@ PATIENCE = 1.0
 """Wall seconds in which a router that has just started begins to answer."""
 
 RETRY_DELAY = 0.02
+
+UNHEARD = (
+    "the router at %s tells no policy for realm %r; a 'tca router' whose policy is for another "
+    "realm drops everything (--realm)"
+)
 
 NO_POLICY = b"null"
 SOME_POLICY = b'"ask by your name"'
@@ -73,6 +81,8 @@ async def fetch_policy(
         if public is not None:
             raise _stranger(session, module)
         if time.monotonic() >= deadline:
+            if default is None:
+                logger.warning(UNHEARD, session.endpoint, keys.realm)
             return default
         await asyncio.sleep(RETRY_DELAY)
 

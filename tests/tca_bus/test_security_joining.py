@@ -119,6 +119,12 @@ async def test_on_another_realm_nothing_is_heard(office):
         assert [m.name for m in foreign.modules()] == ["asker"]
 
 
+async def test_on_another_realm_one_is_told_why_nothing_is_heard(office, caplog):
+    async with office.module("asker", realm="other"):
+        pass
+    assert "tells no policy for realm 'other'" in caplog.text
+
+
 async def test_a_tool_that_adds_a_number_to_its_name_joins(office):
     async with office.module("asker-4711") as tool, office.module("server") as server:
         await eventually(lambda: len(server.modules()) == 2)
