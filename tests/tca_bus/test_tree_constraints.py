@@ -386,3 +386,18 @@ def test_a_task_that_is_handled_says_what_its_end_waits_for():
     assert office.last["A"].waiting_for == "what is below it to end"
     office.done("a1")
     assert office.state("A") is TaskState.ACHIEVED
+
+
+def test_what_cannot_begin_before_a_place_is_filled_says_so():
+    office = Office()
+    office.goal("G")
+    place = office.prepare("P", parent="G")
+    held = [office.prepare(id, parent="G") for id in ("Q", "R")]
+    office.constrain(held[1].achieving.start.together_with(held[0].achieving.start))
+    office.constrain(held[0].achieving.start.together_with(place.achieving.start))
+    for id in ("R", "Q"):
+        office.command(id, "G", 0)
+    assert office.state("R") is TaskState.INACTIVE
+    assert "me to send command P" in (office.last["R"].waiting_for or "")
+    office.command("P", "G", 0)
+    assert office.handling("P", "Q", "R")
