@@ -94,7 +94,8 @@ class Report:
         )
 
     def _task(self, id: str) -> ResourceUser:
-        status = self._tree.status(id)
+        abandoned = None if id in self._tree else self._tree.abandoned(id)
+        status = abandoned or self._tree.status(id)
         return ResourceUser(
             id=id,
             kind="task",
@@ -102,7 +103,7 @@ class Report:
             task=id,
             priority=status.priority,
             since=status.started or status.created,
-            waiting_for=status.waiting_for,
+            waiting_for="its handler to stop" if abandoned else status.waiting_for,
         )
 
     def _cycles(self, members: set[Member]) -> list[str]:

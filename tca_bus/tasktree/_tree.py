@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from tca_bus._attachments import Tap
+from tca_bus._protocol import TaskStatus
 from tca_bus.tasktree._effects import (
     Cancel,
     Dispatch,
@@ -67,6 +68,12 @@ class Tree(Recording):
         self._tombstones: dict[str, KillRequested] = {}
         self._abandoned: dict[tuple[str, int], Node] = {}
         self._changed: dict[str, None] = {}
+
+    def abandoned(self, id: str) -> TaskStatus | None:
+        """A task whose handler was not waited for any longer and keeps its place in its module."""
+        found = (node for (own, _), node in self._abandoned.items() if own == id)
+        node = next(found, None)
+        return None if node is None else self._status(node)
 
     def apply(self, event: Event) -> list[Effect]:
         """Let one event happen; gives the effects in the order in which they are due.

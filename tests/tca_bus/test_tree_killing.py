@@ -19,6 +19,7 @@ from tca_bus import (
     clean_up,
 )
 from tca_bus._attachments import Sending
+from tca_bus._resource_messages import ListResources, ResourceStatus
 from tca_bus.tasktree import Abandoned, Cancel, KillRequested, Suspended
 from tca_bus.testing import eventually
 
@@ -191,7 +192,21 @@ async def test_a_handler_that_does_not_stop_is_abandoned(user: Module, robot: Ro
     with pytest.raises(KilledError):
         await task.result(timeout=10.0)
     assert robot.done == ["stubborn", "ignored"]
+    place = await stubborn_place(user)
+    assert [(one.id, one.waiting_for) for one in place.holders] == [
+        (task.id, "its handler to stop")
+    ]
     robot.hold.set()
+    await eventually(lambda: is_free(user))
+
+
+async def stubborn_place(user: Module) -> ResourceStatus:
+    listed = await user.query(ListResources())
+    return next(one for one in listed if one.name == "robot/stubborn")
+
+
+async def is_free(user: Module) -> bool:
+    return not (await stubborn_place(user)).holders
 
 
 @pytest.mark.bus
