@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 BATCH = 128
-"""Items that a mailbox hands over before the loop gets its turn."""
+"""Messages that a mailbox hands over before the loop, and the handlers on it, get their turn."""
 
 LONGEST_WAIT = 1e9
 """Wall seconds; Zenoh takes no infinite timeout."""
@@ -34,13 +34,14 @@ LONGEST_WAIT = 1e9
 class Mailbox(Generic[T]):
     """Hands items from a callback thread to a function on the loop, in order.
 
-    Holds at most ``size`` items. When full, ``post`` drops the oldest and counts it in
-    ``dropped``, or gives the new item to ``refuse`` on the posting thread, if there is one.
+    ``consume`` may say how many messages an item was. Holds at most ``size`` items. When full,
+    ``post`` drops the oldest and counts it in ``dropped``, or gives the new item to ``refuse`` on
+    the posting thread, if there is one.
     """
 
     def __init__(
         self,
-        consume: Callable[[T], None],
+        consume: Callable[[T], int | None],
         *,
         size: int,
         refuse: Callable[[T], None] | None = None,
@@ -75,12 +76,14 @@ class Mailbox(Generic[T]):
         # Disarmed before emptying: an item posted from here on wakes the loop again.
         self._armed = False
         items, consume = self._items, self._consume
-        for _ in range(BATCH):
+        left = BATCH
+        while left > 0:
             if not items:
                 return
             try:
-                consume(items.popleft())
+                left -= consume(items.popleft()) or 1
             except Exception:
+                left -= 1
                 # An item that cannot be consumed must not hold up those behind it.
                 logger.exception("an arrival was not taken")
         if not self._armed:

@@ -139,7 +139,7 @@ class Desk:
         """Let a module report only what it was given itself."""
         if not self._central.tree.is_current(report.id, report.attempt):
             return
-        handler = self._central.tree.status(report.id).handler
+        handler = self._central.tree.node(report.id).handler
         if handler != sender:
             why = f"module {handler!r} handles it, not {sender!r}"
             raise RefusedError(f"the outcome of task {report.id}", why)

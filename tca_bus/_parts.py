@@ -105,7 +105,6 @@ class Parts:
         self.worker.begin()
         self.caller.begin()
         self.server.begin()
-        self.caller.begin()
         self.sender.begin()
         self.handlers.is_held = self.readiness.stage == Stage.HELD
         for handler in self.handlers:

@@ -50,18 +50,19 @@ class Topic:
         core.tally.counters[key] = lambda: box.dropped
         self._subscriber = core.session.zenoh.declare_subscriber(key, Callback(box.post))
 
-    def _take(self, sample: zenoh.Sample) -> None:
+    def _take(self, sample: zenoh.Sample) -> int:
         sender = parse_sender(str(sample.key_expr))
         try:
             envelope = read_envelope(attachment_of(sample))
             values = self._decode(payload_of(sample))
         except InvalidMessageError as error:
             self._core.tally.note_invalid(error, sender=sender)
-            return
+            return 1
         for value in values:
             arrival = Arrival(value, sender, envelope)
             for sink in self.sinks:
                 sink(arrival)
+        return len(values)
 
     def end(self) -> None:
         """Undeclare the subscriber."""

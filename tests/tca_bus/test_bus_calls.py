@@ -349,3 +349,19 @@ async def test_the_first_word_on_a_call_counts():
     failed.settle(answer)
     assert answered.answer.result() == answer
     assert isinstance(failed.answer.exception(), TimeoutError)
+
+
+@pytest.mark.bus
+async def test_an_answer_is_taken_once(options, monkeypatch):
+    taken: list[str] = []
+    find = PendingCalls.find
+
+    def count(self, id, callee):
+        taken.append(id)
+        return find(self, id, callee)
+
+    monkeypatch.setattr(PendingCalls, "find", count)
+    async with answering(options, []), Module("asker", options=options) as asker:
+        for number in range(3):
+            assert await asker.query(Ask(number=number)) == number + 1
+    assert len(taken) == len(set(taken))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from itertools import pairwise
 
 import pytest
 
@@ -142,6 +143,24 @@ async def test_a_full_mailbox_drops_the_oldest_and_counts():
     await eventually(lambda: len(got) == 10)
     assert got == list(range(90, 100))
     assert box.dropped == 90
+
+
+async def test_the_loop_gets_its_turn_after_many_messages_in_few_items():
+    got: list[int] = []
+
+    def take(item: int) -> int:
+        got.append(item)
+        return 100
+
+    box = Mailbox[int](take, size=10)
+    thread = threading.Thread(target=lambda: [box.post(item) for item in range(6)])
+    thread.start()
+    thread.join()
+    seen: list[int] = []
+    while len(got) < 6:
+        await asyncio.sleep(0)
+        seen.append(len(got))
+    assert max(after - before for before, after in pairwise([0, *seen])) == 2
 
 
 async def test_an_item_that_cannot_be_consumed_does_not_hold_up_the_next(caplog):
