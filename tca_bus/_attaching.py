@@ -18,6 +18,7 @@ from tca_bus._attachments import (
 )
 from tca_bus._errors import ConfigError, near_matches
 from tca_bus._messages import Broadcast, Goal, Inform, Message, TaskMessage, TcaException
+from tca_bus._traits import traits_of
 
 SENDABLE = (TaskMessage, Inform, Broadcast)
 """What central may send on behalf of somebody."""
@@ -28,7 +29,7 @@ def tap(
     listener: type[Message] | Message,
     *,
     on_failure: Literal["ignore", "fail"] = "ignore",
-    priority: int = 0,
+    priority: int | None = None,
     id: str | None = None,
 ) -> Tap:
     """A tap: ``listener`` is sent when something tapped comes to ``condition``.
@@ -73,7 +74,7 @@ def clean_up(message: TaskMessage[Any], *, id: str | None = None) -> CleanUp:
     return CleanUp(id=id or _new_id("cleanup"), sending=sending(message))
 
 
-def sending(message: type[Message] | Message, *, priority: int = 0) -> Sending:
+def sending(message: type[Message] | Message, *, priority: int | None = None) -> Sending:
     """The message as central sends it.
 
     Raises:
@@ -82,12 +83,14 @@ def sending(message: type[Message] | Message, *, priority: int = 0) -> Sending:
     kind = message if isinstance(message, type) else type(message)
     if not issubclass(kind, SENDABLE):
         raise ConfigError("listener", kind.__name__, "a goal, a command, an inform or a broadcast")
+    traits = traits_of(kind)
     return Sending(
         name=kind.wire_name,
         task_class=_class_of(kind),
         revision=kind.revision,
         data={} if isinstance(message, type) else message.model_dump(mode="json"),
-        priority=priority,
+        priority=traits.priority if priority is None else priority,
+        traits=traits,
     )
 
 

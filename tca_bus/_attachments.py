@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus._orders import Point
+from tca_bus._traits import TaskTraits
 
 ATTACHMENT_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._:+-]{0,119}$"
 
@@ -92,6 +93,7 @@ class Sending(BaseModel):
     revision: int = 1
     data: dict[str, Any] = Field(default_factory=dict)
     priority: int = 0
+    traits: TaskTraits = TaskTraits()
 
 
 class Tap(BaseModel):

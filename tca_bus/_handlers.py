@@ -14,6 +14,7 @@ from tca_bus._messages import Message, MessageClass
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
 from tca_bus._protocol import ProvidedMessage
 from tca_bus._slots import Resources, check_pending
+from tca_bus._traits import traits_of
 from tca_bus._types import answer_adapter, summary
 
 QUERIES = frozenset({MessageClass.QUERY, MessageClass.MULTI_QUERY})
@@ -83,6 +84,7 @@ class Handler:
             capacity=self.capacity,
             resource=self.resource,
             pending=self.pending,
+            traits=traits_of(kind) if kind.message_class in TASKS else None,
         )
 
 

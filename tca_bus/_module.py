@@ -14,17 +14,18 @@ from tca_bus._lease import Acquisition
 from tca_bus._messages import Command, Goal, TaskMessage
 from tca_bus._orders import HasPoints
 from tca_bus._parts import StatusLookup
-from tca_bus._protocol import Constraint, SubmitTask, TaskStatus
+from tca_bus._protocol import TaskStatus
 from tca_bus._registering import Registering
 from tca_bus._resource_messages import DeclareResource, HoldKind
-from tca_bus._sending import SendOptions
+from tca_bus._sending import SendOptions, submission
 from tca_bus._shared import SharedVariables
 from tca_bus._state_server import Lookup
 from tca_bus._steering import Steering
 from tca_bus._straight_taps import StraightTaps
 from tca_bus._talking import Talking
 from tca_bus._task_context import TaskContext
-from tca_bus._tasks import TaskSender, new_task_id
+from tca_bus._tasks import TaskSender
+from tca_bus._traits import traits_of
 from tca_bus._types import answer_adapter
 from tca_bus._waiting import ReadyTogether
 from tca_bus._wire import Payload, build
@@ -84,26 +85,15 @@ class Module(Registering, Talking, Steering, SharedVariables, ReadyTogether, Hol
     ) -> TaskHandle[R]:
         """Make a goal or command node, at the root or below the node of ``inside``."""
         kind = type(message)
-        priority = options.get("priority")
-        task = build(
-            SubmitTask,
-            id=options.get("id") or new_task_id(self.name),
-            name=kind.wire_name,
+        task = submission(
+            kind.wire_name,
+            message.model_dump(mode="json"),
+            options,
             task_class="goal" if isinstance(message, Goal) else "command",
-            message_revision=kind.revision,
-            data=message.model_dump(mode="json"),
+            revision=kind.revision,
+            traits=traits_of(kind),
             sender=self.name,
             parent=inside.id if inside else None,
-            constraints=int(options.get("constraints", Constraint.SEQ_ACH)),
-            priority=kind.priority if priority is None else priority,
-            on_module_lost=options.get("on_module_lost", kind.on_module_lost),
-            on_unhandled=options.get("on_unhandled", kind.on_unhandled),
-            wait_for_handler=options.get("wait_for_handler", 0.0),
-            within=options.get("within"),
-            grace=kind.grace,
-            orders=tuple(options.get("orders", ())),
-            attachments=tuple(options.get("attach", ())),
-            is_new=not options.get("id"),
         )
         noted = inside.saw_failure if inside else None
         timeout = options.get("timeout", 10.0)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 from tca_bus._errors import BusGoneError, InvalidMessageError, NoHandlerError
 from tca_bus._handle import TaskHandle
 from tca_bus._lifecycle import Lifecycle
 from tca_bus._messages import MessageClass
 from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
-from tca_bus._protocol import SubmitTask
-from tca_bus._tasks import new_task_id
-from tca_bus._wire import ANYTHING, REPLY_SUFFIX, Payload, build, decode_plain, encode_json
+from tca_bus._sending import SendOptions, submission
+from tca_bus._traits import TaskTraits
+from tca_bus._wire import ANYTHING, REPLY_SUFFIX, Payload, decode_plain, encode_json
 
 
 class PlainMessages(Lifecycle):
@@ -45,28 +45,25 @@ class PlainMessages(Lifecycle):
         *,
         task_class: Literal["goal", "command"],
         revision: int | None = None,
-        id: str | None = None,
-        priority: int = 0,
-        wait_for_handler: float = 0.0,
-        timeout: float = 10.0,
-        on_module_lost: Literal["fail", "resend"] = "fail",
+        traits: TaskTraits | None = None,
+        **options: Unpack[SendOptions],
     ) -> TaskHandle[Any]:
         """Make a root node by wire name; the result comes as JSON values.
 
-        Raises as `Module.expand` does, and InvalidMessageError for an id that cannot be one.
+        ``traits`` are the defaults of the message's type, which the card of the module that
+        handles it tells. Raises as `Module.expand` does, and InvalidMessageError for an id that
+        cannot be one.
         """
-        task = build(
-            SubmitTask,
-            id=id or new_task_id(self.name),
-            name=name,
+        task = submission(
+            name,
+            data,
+            options,
             task_class=task_class,
-            message_revision=revision,
-            data=data,
+            revision=revision,
+            traits=traits or TaskTraits(),
             sender=self.name,
-            priority=priority,
-            wait_for_handler=wait_for_handler,
-            on_module_lost=on_module_lost,
         )
+        timeout = options.get("timeout", 10.0)
         return await self._parts.sender.submit(task, ANYTHING, timeout=timeout)
 
     async def _inform(self, name: str, *payloads: Payload) -> None:

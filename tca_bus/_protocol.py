@@ -19,6 +19,7 @@ from tca_bus._messages import ModuleLostPolicy, Query, UnhandledPolicy
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._orders import TASK_ID_PATTERN, Order
 from tca_bus._trace_context import TRACEPARENT_PATTERN
+from tca_bus._traits import TaskTraits
 
 CENTRAL = "central"
 """The name of the module that keeps the task tree."""
@@ -326,7 +327,7 @@ class ProvidedMessage(BaseModel):
     ``capacity`` is how many of it the module handles at once, None for as many as come; the rest
     waits at central, or in the line of the pool if it is a query. Those in one ``resource`` share
     its capacity. ``pending`` is how many of it may wait. ``accepts`` are older revisions that it
-    understands.
+    understands, ``traits`` how a goal or command is carried out.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -341,6 +342,7 @@ class ProvidedMessage(BaseModel):
     summary: str
     message_schema: dict[str, Any]
     reply_schema: dict[str, Any] | None
+    traits: TaskTraits | None = None
 
 
 class ProvidedResource(BaseModel):

@@ -75,6 +75,7 @@ class StraightTaps:
                     data,
                     task_class=listener.task_class,
                     revision=listener.revision,
+                    traits=listener.traits,
                     priority=listener.priority,
                 )
                 if tap.is_blocking:

@@ -23,8 +23,9 @@ class TaskFlags:
 
     wait: bool = True
     """Wait for the end of the task and print its result; else print its id."""
-    priority: int = 0
-    """Of the tasks that wait for one module the highest priority goes first."""
+    priority: int | None = None
+    """Of the tasks that wait for one module the highest priority goes first; the message's own by
+    default."""
     timeout: float | None = None
     """Wall seconds to wait for the end; the task goes on after that."""
     wait_for_handler: float = 0.0
@@ -136,6 +137,7 @@ async def _send(
             name,
             data,
             task_class=kind,
+            traits=None if known is None else known.traits,
             id=task.id,
             priority=task.priority,
             wait_for_handler=task.wait_for_handler,

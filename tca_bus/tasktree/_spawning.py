@@ -131,4 +131,7 @@ def _submission(
         constraints=0,
         priority=sending.priority,
         wait_for_handler=HANDLER_PATIENCE,
+        grace=sending.traits.grace,
+        on_module_lost=sending.traits.on_module_lost,
+        on_unhandled=sending.traits.on_unhandled,
     )
