@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
-from tca_bus._central_clerk import Clerk
-from tca_bus._central_past import without_past
+from tca_bus._central_clerk import Clerk, check_sender
+from tca_bus._central_past import find_ended, unknown_task, without_past
 from tca_bus._context import Context
-from tca_bus._errors import RefusedError, TaskError, did_you_mean
+from tca_bus._errors import RefusedError
 from tca_bus._module import Module
 from tca_bus._protocol import (
     FindTask,
@@ -32,9 +32,6 @@ logger = logging.getLogger(__name__)
 MOST_ENDED = 20
 """Ended top-level tasks that a listing shows."""
 
-UNKNOWN_TASK = "unknown_task"
-"""The failure name for an id that central has never seen."""
-
 
 class Desk:
     """The handlers of central's own messages."""
@@ -55,9 +52,7 @@ class Desk:
     async def submit(self, task: SubmitTask, context: Context) -> TaskStatus:
         """Make a node, or give the one that was made before."""
         await self._central.ready.wait()
-        if task.sender != context.sender:
-            why = f"it names {task.sender!r} as its sender but comes from {context.sender!r}"
-            raise RefusedError(f"task {task.id}", why)
+        check_sender(task.id, task.sender, context.sender)
         self._clerk.check_submit(task)
         ended = None if task.is_new else await self._ended(task.id)
         if ended is not None:
@@ -88,7 +83,7 @@ class Desk:
         await kept
         if status is None:
             more = f" Should it come within {TOMBSTONE_SECONDS:g} s it is killed at once."
-            raise self._unknown(order.id, more)
+            raise unknown_task(self._central, order.id, more)
         return status
 
     async def find(self, question: FindTask, context: Context) -> TaskStatus:
@@ -148,7 +143,7 @@ class Desk:
         """The last status of a task that is not in the tree any more, once it is kept."""
         if id in self._central.tree:
             return None
-        status = self._central.recent.get(id) or await self._central.journal.find(id)
+        status = await find_ended(self._central, id)
         if status is not None:
             await self._central.committed()
         return status
@@ -157,7 +152,7 @@ class Desk:
         """The status of a task, once it is in the journal: nothing else is told."""
         status = self._central.status(id) or await self._central.journal.find(id)
         if status is None:
-            raise self._unknown(id)
+            raise unknown_task(self._central, id)
         await self._central.committed()
         return status
 
@@ -166,19 +161,27 @@ class Desk:
         gone = await self._central.journal.last_ended(MOST_ENDED) if ended else []
         # One of those alive may have ended meanwhile.
         known = {status.id for status in gone}
-        return [*gone, *(status for status in alive if status.id not in known)]
+        alive = [status for status in alive if status.id not in known]
+        return [*gone, *alive, *(self._ended_below(alive) if ended else ())]
+
+    def _ended_below(self, alive: list[TaskStatus]) -> list[TaskStatus]:
+        """What ended lately below tasks that are alive; parents come before their children."""
+        shown = {status.id for status in alive}
+        found: list[TaskStatus] = []
+        for status in reversed(self._central.recent.values()):
+            if status.parent in shown and status.id not in shown:
+                shown.add(status.id)
+                found.append(status)
+        return found
 
     async def _subtree(self, id: str) -> list[TaskStatus]:
         if id in self._central.tree:
-            return self._central.tree.statuses(id)
+            alive = self._central.tree.statuses(id)
+            return [*alive, *self._ended_below(alive)]
         kept: dict[str, TaskStatus] = {}
         for status in await self._central.journal.ended_tree(id):
             if status.id == id or status.parent in kept:
                 kept[status.id] = status
         if not kept:
-            raise self._unknown(id)
+            raise unknown_task(self._central, id)
         return list(kept.values())
-
-    def _unknown(self, id: str, more: str = "") -> TaskError:
-        known = [status.id for status in self._central.lookup("*", "*")]
-        return TaskError(UNKNOWN_TASK, f"no task {id!r} here.{did_you_mean(id, known)}{more}")

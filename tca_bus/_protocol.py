@@ -209,7 +209,8 @@ class FindTask(Query[TaskStatus]):
 class ListTasks(Query[list[TaskStatus]]):
     """Anybody to central: the nodes that are alive, or those at and below ``id``.
 
-    With ``ended`` set the last ended top-level tasks are there too.
+    With ``ended`` set the last ended top-level tasks are there too. Of what ended below a task that
+    is alive the latest are shown with it: for an ``id`` always, for all with ``ended``.
     """
 
     wire_name = "tca.tasks"

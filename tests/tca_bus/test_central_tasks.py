@@ -43,6 +43,10 @@ class Chain(Goal[int]):
     number: int
 
 
+class Tour(Goal[None]):
+    """Two steps, of which the second waits."""
+
+
 class Slow(Command[None]):
     """Runs until it is stopped."""
 
@@ -288,3 +292,29 @@ async def test_a_parent_that_saw_a_failure_goes_on():
         await me.wait_for(Chain, timeout=5.0)
         handle = await me.expand(Chain(links=0, number=0))
         assert await handle.result(timeout=5.0) == 1
+
+
+async def test_what_ended_below_a_living_task_is_listed_with_it():
+    async with office() as me, Module("guide", options=me.options) as guide:
+        release = asyncio.Event()
+
+        @guide.handler(Tour)
+        async def tour(_, context):
+            await (await context.execute(Quick(number=1), id="first")).result()
+            await release.wait()
+
+        await me.wait_for(Tour, timeout=5.0)
+        handle = await me.expand(Tour(), id="tour")
+
+        async def listed(**question):
+            return [(task.id, task.state) for task in await me.query(ListTasks(**question))]
+
+        async def is_listed():
+            return await listed(id="tour") == both
+
+        both = [("tour", "active"), ("first", "achieved")]
+        await eventually(is_listed)
+        assert await listed(ended=True) == both
+        assert await listed() == both[:1]
+        release.set()
+        await handle.result(timeout=5.0)
