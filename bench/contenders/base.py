@@ -6,6 +6,7 @@ import importlib.util
 import json
 import statistics
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, field
@@ -65,12 +66,12 @@ class Client(Protocol):
         ...
 
 
-class BareClient:
+class BareClient(ABC):
     """The part of a client whose callee answers with `Counter.answer`."""
 
+    @abstractmethod
     async def ask(self, text: str) -> bytes:
         """Send the text and wait for it to come back."""
-        raise NotImplementedError
 
     async def received(self) -> Received:
         """What the callee has counted of one-way messages."""
