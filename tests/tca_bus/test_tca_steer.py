@@ -118,6 +118,7 @@ async def test_a_question_whose_task_is_killed_takes_no_answer_from_the_next():
         second = await here.me.execute(Quick(number=4))
         await tap.says("y")
         assert await second.result(timeout=10.0) == 4
+        assert await tap.end() == 0
 
 
 async def test_a_person_lets_a_question_pass_or_not():
