@@ -91,6 +91,10 @@ async def test_a_request_is_posted_listed_and_shown(agent: Agent):
     )
     assert json.loads(listed[1]) == [posted]
     assert json.loads(shown[1])["request"] == posted
+    code, out, err = await agent.run("cancel", "mail", "--json")
+    assert code == 0, err
+    canceled = json.loads(out)
+    assert (canceled["id"], canceled["state"]) == ("mail", "canceled")
 
 
 @pytest.mark.parametrize(
