@@ -170,8 +170,13 @@ async def test_cancelling_what_never_came_keeps_it_from_starting():
     async with shop() as (desk, worker):
         await desk.cancel()
         await eventually(lambda: len(desk.reports) == 1)
-        await desk.hand(5)
-        await eventually(lambda: len(desk.reports) == 2)
+
+        async def is_reported_again():
+            # While the first report is not acknowledged yet, no second one is begun.
+            await desk.hand(5)
+            return len(desk.reports) > 1
+
+        await eventually(is_reported_again)
         assert {report.outcome for report in desk.reports} == {Outcome.KILLED}
         assert worker.begun == []
 
