@@ -23,9 +23,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from navigate.messages import Rooms
-from rogue.directory import load_directory
 from rogue.messages import DeliveryRequest, ListRequests, PostRequest, RequestState
 from rogue.office import OfficeOptions, office_specs
+from rogue.requests import load_directory
 from tca_bus import BusOptions, Module
 from tca_bus.launcher import Launcher
 from xavier_sim.messages import WhereReally

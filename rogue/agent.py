@@ -13,20 +13,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rogue import trace
-from rogue.book import RequestBook
 from rogue.conversation import Conversation
 from rogue.deadlines import show_time
-from rogue.desk import Desk
-from rogue.directory import Directory, load_directory
 from rogue.distances import Distances
 from rogue.episode import Episode, Locations
-from rogue.execution import Executor
+from rogue.execution import BusRobot, Endurance, Executor, Patience, StepRunner
+from rogue.memory import Store
 from rogue.messages import PlanView, RequestState, ShowPlan
 from rogue.planning import Rules
-from rogue.procedures import Patience
-from rogue.robot import BusRobot, Endurance
-from rogue.steps import StepRunner
-from rogue.store import Store
+from rogue.requests import Desk, Directory, RequestBook, load_directory
 from tca_bus import BusOptions, Context, Module
 
 log = logging.getLogger(__name__)

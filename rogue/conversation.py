@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable
 
+from rogue.memory import Store
 from rogue.messages import TraceLine
-from rogue.store import Store
 from tca_bus import Broadcast, Module, TcaError
 
 log = logging.getLogger(__name__)

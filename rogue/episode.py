@@ -7,11 +7,10 @@ import logging
 from collections.abc import Iterable, Mapping, Sequence
 
 from rogue import trace
-from rogue.book import RequestBook
 from rogue.conversation import Conversation
-from rogue.directory import Directory
 from rogue.distances import Distances
 from rogue.execution import Executor
+from rogue.memory import Store
 from rogue.messages import DeliveryRequest, PlanView, RequestState
 from rogue.planning import (
     NODES_OF_A_REQUEST,
@@ -34,7 +33,7 @@ from rogue.prodigy import (
     SearchResult,
     Status,
 )
-from rogue.store import Store
+from rogue.requests import Directory, RequestBook
 
 log = logging.getLogger(__name__)
 

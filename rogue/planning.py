@@ -10,13 +10,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
 
-from rogue.directory import Directory
 from rogue.distances import Distances
-from rogue.effects import StepOutcome
-from rogue.messages import DeliveryRequest
-from rogue.prodigy import Literal as Fact
-from rogue.prodigy import Problem, Search
-from rogue.prodigy.office import (
+from rogue.errands import (
     Errand,
     Switches,
     example1998,
@@ -25,7 +20,12 @@ from rogue.prodigy.office import (
     load_office_domain,
     working,
 )
-from rogue.store import Facts
+from rogue.memory import Facts
+from rogue.messages import DeliveryRequest
+from rogue.outcomes import StepOutcome
+from rogue.prodigy import Literal as Fact
+from rogue.prodigy import Problem, Search
+from rogue.requests import Directory
 
 NODES_OF_A_SEARCH = 1000
 """Nodes after which a search that has executed something gives way to a fresh one."""

@@ -16,10 +16,10 @@ from cyclopts.validators import Number
 from rogue import trace
 from rogue.cli._folders import make_folder
 from rogue.cli._trace import followed
-from rogue.demo import EPOCH, SCENARIOS, Observer, Poster, Scenario
+from rogue.memory import FILE_NAME
 from rogue.messages import TraceLine
 from rogue.office import OfficeOptions, office_specs
-from rogue.store import FILE_NAME
+from rogue.scenarios import EPOCH, SCENARIOS, Observer, Poster, Scenario
 from tca_bus import BusOptions, ConfigError, Module, TcaError, TimedOutError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note
 from tca_bus.launcher import Launcher

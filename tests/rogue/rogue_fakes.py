@@ -7,19 +7,9 @@ from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 
 from navigate.messages import NavigateToGoal, SetPosition
-from rogue.effects import (
-    Believe,
-    Effect,
-    Locate,
-    Outcome,
-    Pause,
-    Perform,
-    Procedure,
-    StepOutcome,
-    TaskOfRobot,
-    Tell,
-)
+from rogue.execution import Believe, Effect, Locate, Pause, Perform, Procedure, TaskOfRobot, Tell
 from rogue.messages import DeliveryRequest, RequestState
+from rogue.outcomes import Outcome, StepOutcome
 from tca_bus import Broadcast, Message, NoHandlerError
 from tca_bus.testing import ManualClock
 from xavier_sim.messages import Ask, Say

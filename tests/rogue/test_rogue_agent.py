@@ -11,9 +11,9 @@ import pytest
 from rogue_fakes import PLACES, FakeModule, HangingRobot, ScriptedRobot
 
 from rogue.agent import Agent, AgentOptions
-from rogue.directory import load_directory
+from rogue.memory import Store
 from rogue.messages import DeliveryRequest, ListRequests, PostRequest, ReadTrace, ShowPlan
-from rogue.store import Store
+from rogue.requests import load_directory
 from tca_bus.testing import eventually
 
 POST = PostRequest(id="a", user="mitchell", item="delivermail")

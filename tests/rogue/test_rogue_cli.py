@@ -12,12 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from rogue.book import RequestBook
 from rogue.conversation import Conversation
-from rogue.desk import Desk
-from rogue.directory import load_directory
+from rogue.memory import Facts, Store
 from rogue.messages import RequestState
-from rogue.store import Facts, Store
+from rogue.requests import Desk, RequestBook, load_directory
 from tca_bus import BusOptions, Module
 from tca_bus.testing import bus, eventually
 

@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 from rogue_fakes import FakeModule
 
-from rogue.book import RequestBook
-from rogue.desk import Desk
-from rogue.directory import load_directory
+from rogue.memory import Store
 from rogue.messages import (
     CancelRequest,
     ListRequests,
@@ -18,7 +16,7 @@ from rogue.messages import (
     ShowRequest,
     Why,
 )
-from rogue.store import Store
+from rogue.requests import Desk, RequestBook, load_directory
 from tca_bus import NoHandlerError, TaskError
 
 ROOMS = {f"r-53{number:02d}": (0.0, float(number)) for number in range(1, 16)}

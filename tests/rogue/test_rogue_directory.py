@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rogue.directory import Directory, load_directory
 from rogue.errors import DirectoryError, UnknownNameError
 from rogue.messages import Refusal
+from rogue.requests import Directory, load_directory
 
 
 @pytest.fixture(scope="module")

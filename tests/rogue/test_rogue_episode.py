@@ -12,18 +12,15 @@ from rogue_fakes import PLACES, FakeModule, ScriptedRobot, failed, make_request,
 
 from navigate.messages import NavigateToGoal
 from rogue import trace
-from rogue.book import RequestBook
 from rogue.conversation import Conversation
-from rogue.directory import load_directory
 from rogue.distances import Distances
-from rogue.effects import Outcome, TaskOfRobot
 from rogue.episode import Episode
-from rogue.execution import Executor
+from rogue.execution import Executor, Patience, StepRunner, TaskOfRobot
+from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
+from rogue.outcomes import Outcome
 from rogue.planning import Rules
-from rogue.procedures import Patience
-from rogue.steps import StepRunner
-from rogue.store import Store
+from rogue.requests import RequestBook, load_directory
 
 HERE = Path(__file__).parent
 FAX = {"user": "jhm", "item": "deliverfax", "pickup": "r-5311", "rank": 8}

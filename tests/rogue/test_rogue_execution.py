@@ -9,15 +9,12 @@ import pytest
 from rogue_fakes import FakeModule, HangingRobot, ScriptedRobot, failed, make_request, typed
 
 from navigate.messages import NavigateToGoal
-from rogue.book import RequestBook
 from rogue.conversation import Conversation
-from rogue.directory import load_directory
-from rogue.effects import StepOutcome
-from rogue.execution import Executor
+from rogue.execution import Executor, Patience, StepRunner
+from rogue.memory import Facts, Store
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
-from rogue.procedures import Patience
-from rogue.steps import StepRunner
-from rogue.store import Facts, Store
+from rogue.outcomes import StepOutcome
+from rogue.requests import RequestBook, load_directory
 
 MAIL = ("mitchell", "delivermail")
 

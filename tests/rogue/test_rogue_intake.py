@@ -2,10 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from rogue.directory import load_directory
 from rogue.errors import DeadlineError, SameRoomError, UnknownNameError
-from rogue.intake import accept, is_same_errand
 from rogue.messages import DeliveryRequest, PostRequest, RequestState
+from rogue.requests import accept, is_same_errand, load_directory
 
 ROOMS = [f"r-53{number:02d}" for number in range(1, 16)]
 NOW = 1_000_000.0

@@ -4,7 +4,7 @@ import pytest
 from rogue_fakes import NO_ANSWER, ScriptedRobot, failed, play, position, typed
 
 from navigate.messages import NavigateToGoal, SetPosition
-from rogue.procedures import Patience, acquire, deliver, go_to
+from rogue.execution import Patience, acquire, deliver, go_to
 from rogue.trace import say_line
 from xavier_sim.messages import Ask, Say
 

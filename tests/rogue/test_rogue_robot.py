@@ -6,8 +6,7 @@ import pytest
 from rogue_fakes import FakeModule
 
 from navigate.messages import NavigateToGoal, RoomLocation
-from rogue.effects import Locate
-from rogue.robot import BusRobot, Endurance
+from rogue.execution import BusRobot, Endurance, Locate
 from tca_bus import (
     BusGoneError,
     Failure,

@@ -5,10 +5,9 @@ from pathlib import Path
 import pytest
 from rogue_fakes import NO_ANSWER, ScriptedRobot
 
-from rogue.effects import Outcome, StepOutcome, TaskOfRobot
-from rogue.procedures import Patience, acquire
-from rogue.steps import StepRunner
-from rogue.store import Facts, Step, Store
+from rogue.execution import Patience, StepRunner, TaskOfRobot, acquire
+from rogue.memory import Facts, Step, Store
+from rogue.outcomes import Outcome, StepOutcome
 
 MAIL = "Tom Mitchell's mail delivery"
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from rogue_fakes import make_request
 
-from rogue.effects import Outcome, StepOutcome
 from rogue.errors import StoreError
+from rogue.memory import Facts, Store
 from rogue.messages import RequestState
-from rogue.store import Facts, Store
+from rogue.outcomes import Outcome, StepOutcome
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 
+from rogue.errands import Errand, Switches, load_office_domain, load_office_problem
 from rogue.prodigy import Execute, Literal, Problem, Search, StepView
-from rogue.prodigy.office import Errand, Switches, load_office_domain, load_office_problem
 
 DOMAIN = load_office_domain()
 FIGURE6 = load_office_problem("figure6", DOMAIN)

@@ -15,6 +15,7 @@ from prodigy_office_runs import (
     shown,
 )
 
+from rogue.errands import Errand, Switches, example1998, figure6, figure9, working
 from rogue.prodigy import (
     Execute,
     Finished,
@@ -30,7 +31,6 @@ from rogue.prodigy import (
     StepView,
     UnknownNameError,
 )
-from rogue.prodigy.office import Errand, Switches, example1998, figure6, figure9, working
 
 ALL = [figure6(), figure9(metres), example1998(metres), working(metres)]
 Changed = tuple[list[Literal], list[Literal]] | None

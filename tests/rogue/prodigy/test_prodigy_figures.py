@@ -13,8 +13,8 @@ from prodigy_office_runs import (
 )
 from prodigy_published_traces import EXAMPLE1998, FIGURE6, FIGURE9
 
+from rogue.errands import example1998, figure6, figure9
 from rogue.prodigy import Announced, Event, Execute, Executed, Search, Status
-from rogue.prodigy.office import example1998, figure6, figure9
 
 HAS_JHM = "(has-item jhm deliverfax)"
 TO_PICKUP = "goto-pickup-loc mitchell r-5303"

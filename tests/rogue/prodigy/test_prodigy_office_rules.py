@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from prodigy_office_runs import DOMAIN, at, metres, random_batch, run, shown
 
+from rogue.errands import Errand, working
 from rogue.prodigy import (
     Action,
     Candidate,
@@ -20,7 +21,6 @@ from rogue.prodigy import (
     SearchView,
     Status,
 )
-from rogue.prodigy.office import Errand, working
 
 
 @pytest.mark.parametrize("count", range(1, 9))

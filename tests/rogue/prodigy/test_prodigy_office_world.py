@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import pytest
 from prodigy_office_runs import DOMAIN, at, metres
 
+from rogue.errands import Errand, example1998, figure9, working
 from rogue.prodigy import Execute, Literal, Poll, Problem, Search, Status, StepView
-from rogue.prodigy.office import Errand, example1998, figure9, working
 
 ROOMS = [f"r-{5300 + i}" for i in range(1, 30, 2)]
 PEOPLE = [f"user{i}" for i in range(4)]

@@ -102,8 +102,8 @@ def load_directory(path: Path | None = None) -> Directory:
     """
     name = str(path) if path else "people.yaml"
     try:
-        text = (path or resources.files("rogue") / "people.yaml").read_text(encoding="utf-8")
-        content: Any = yaml.safe_load(text)
+        source = path or resources.files("rogue.requests") / "people.yaml"
+        content: Any = yaml.safe_load(source.read_text(encoding="utf-8"))
         return Directory.model_validate(content)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise DirectoryError(name, str(error)) from error

@@ -95,7 +95,7 @@ class Database:
 
 def _migrations() -> list[str]:
     """The numbered SQL scripts, in order; number n brings the schema to version n."""
-    folder = resources.files("rogue") / "migrations"
+    folder = resources.files("rogue.memory") / "migrations"
     files = sorted(
         (file for file in folder.iterdir() if file.name.endswith(".sql")), key=lambda f: f.name
     )

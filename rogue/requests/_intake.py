@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from rogue.deadlines import read_deadline
-from rogue.directory import Directory
 from rogue.errors import SameRoomError, UnknownNameError
 from rogue.messages import DeliveryRequest, PostRequest, Refusal, RequestState
+from rogue.requests._directory import Directory
 
 
 def accept(

@@ -7,16 +7,23 @@ from dataclasses import dataclass, replace
 from importlib import resources
 from typing import NamedTuple
 
-from rogue.prodigy._domain import Domain, Operator
-from rogue.prodigy._events import Choice
-from rogue.prodigy._instance import Instance
-from rogue.prodigy._options import PollPoint, SearchOptions
-from rogue.prodigy._parse_domain import parse_domain
-from rogue.prodigy._parse_problem import parse_problem
-from rogue.prodigy._problem import Problem
-from rogue.prodigy._rules import Action, Candidate, Rule, RuleSet
-from rogue.prodigy._terms import Literal
-from rogue.prodigy._view import SearchView
+from rogue.prodigy import (
+    Action,
+    Candidate,
+    Choice,
+    Domain,
+    Instance,
+    Literal,
+    Operator,
+    PollPoint,
+    Problem,
+    Rule,
+    RuleSet,
+    SearchOptions,
+    SearchView,
+    parse_domain,
+    parse_problem,
+)
 
 Distance = Callable[[str, str], float]
 """Metres of the route from one room to another."""
@@ -73,7 +80,7 @@ def load_office_problem(name: str, domain: Domain) -> Problem:
 
 
 def _text(name: str) -> str:
-    return resources.files("rogue.prodigy").joinpath("domains", name).read_text("utf-8")
+    return resources.files("rogue.errands").joinpath("domains", name).read_text("utf-8")
 
 
 def nearest_room_rule(distance: Distance) -> Rule:

@@ -10,19 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 
-from rogue.effects import (
-    NOTHING,
-    Believe,
-    Effect,
-    Locate,
-    Outcome,
-    Pause,
-    Procedure,
-    StepOutcome,
-    Tell,
-)
-from rogue.robot import Robot
-from rogue.store import Step, Store
+from rogue.execution._effects import Believe, Effect, Locate, Pause, Procedure, Tell
+from rogue.execution._robot import Robot
+from rogue.memory import Step, Store
+from rogue.outcomes import NOTHING, Outcome, StepOutcome
 
 Teller = Callable[[str, int, int], Awaitable[None]]
 """Prints a line, told the number of its step and its position in it."""

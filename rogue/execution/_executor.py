@@ -7,14 +7,14 @@ import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from rogue.book import RequestBook
-from rogue.directory import Directory
-from rogue.effects import Procedure, StepOutcome
+from rogue.execution._effects import Procedure
+from rogue.execution._procedures import Patience, acquire, deliver, go_to
+from rogue.execution._robot import BusRobot
+from rogue.execution._steps import StepRunner
+from rogue.memory import Facts, Step, Store
 from rogue.messages import DeliveryRequest, RequestState
-from rogue.procedures import Patience, acquire, deliver, go_to
-from rogue.robot import BusRobot
-from rogue.steps import StepRunner
-from rogue.store import Facts, Step, Store
+from rogue.outcomes import StepOutcome
+from rogue.requests import Directory, RequestBook
 from tca_bus import Module
 
 log = logging.getLogger(__name__)

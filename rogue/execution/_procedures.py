@@ -12,18 +12,16 @@ from typing import TypeVar
 
 from navigate.messages import NavigateToGoal, NavigationFailure, Position, RoomLocation, SetPosition
 from rogue import trace
-from rogue.effects import (
-    NOTHING,
+from rogue.execution._effects import (
     Believe,
     Effect,
     Locate,
-    Outcome,
     Pause,
     Perform,
     Procedure,
-    StepOutcome,
     Tell,
 )
+from rogue.outcomes import NOTHING, Outcome, StepOutcome
 from xavier_sim.messages import Ask, Say, Typed
 
 T = TypeVar("T")

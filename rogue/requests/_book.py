@@ -7,9 +7,9 @@ import logging
 from collections.abc import Callable
 
 from rogue.conversation import announce
-from rogue.directory import Directory
+from rogue.memory import Facts, Store
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
-from rogue.store import Facts, Store
+from rogue.requests._directory import Directory
 from tca_bus import Module
 
 log = logging.getLogger(__name__)

@@ -12,7 +12,8 @@ from typing import Any, Protocol, TypeVar
 from pydantic import BaseModel
 
 from navigate.messages import Rooms, WhereAmI, WhereIsRoom
-from rogue.effects import Believe, Locate, Outcome, Pause, TaskOfRobot
+from rogue.execution._effects import Believe, Locate, Pause, TaskOfRobot
+from rogue.outcomes import Outcome
 from tca_bus import (
     BusGoneError,
     Goal,

@@ -11,9 +11,9 @@ from typing import Self
 
 import aiosqlite
 
-from rogue.database import Database, Row
-from rogue.effects import Outcome, StepOutcome
+from rogue.memory._database import Database, Row
 from rogue.messages import DeliveryRequest, RequestState, StepView, TraceLine
+from rogue.outcomes import Outcome, StepOutcome
 
 FILE_NAME = "rogue.db"
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 
-from rogue.book import RequestBook
-from rogue.directory import Directory
 from rogue.errors import IdTakenError, RequestError, UnknownRequestError
-from rogue.intake import accept, is_same_errand
+from rogue.memory import Store
 from rogue.messages import (
     CancelRequest,
     DeliveryRequest,
@@ -23,7 +21,9 @@ from rogue.messages import (
     WhyReport,
 )
 from rogue.reasons import why_sentences
-from rogue.store import Store
+from rogue.requests._book import RequestBook
+from rogue.requests._directory import Directory
+from rogue.requests._intake import accept, is_same_errand
 from tca_bus import Context, Module, TaskError, TcaError
 
 READY_WAIT = 5.0

@@ -1,0 +1,14 @@
+"""What the agent must not forget, in one SQLite file."""
+
+from __future__ import annotations
+
+from rogue.memory._database import Database
+from rogue.memory._store import FILE_NAME, Facts, Step, Store
+
+__all__ = [
+    "FILE_NAME",
+    "Database",
+    "Facts",
+    "Step",
+    "Store",
+]
