@@ -6,7 +6,7 @@ Pure and synchronous: no asyncio, no input or output beyond reading domain and p
 
 from __future__ import annotations
 
-from rogue.prodigy._domain import Domain, Effect, Operator
+from rogue.prodigy._domain import Domain, Effect, InferenceMode, InferenceRule, Operator
 from rogue.prodigy._errors import (
     FunctionError,
     LiteralError,
@@ -65,6 +65,8 @@ __all__ = [
     "Failed",
     "Finished",
     "FunctionError",
+    "InferenceMode",
+    "InferenceRule",
     "Instance",
     "Literal",
     "LiteralError",

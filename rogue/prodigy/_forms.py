@@ -30,6 +30,11 @@ def head(form: Form) -> str:
     return first.text if isinstance(first, Word) else ""
 
 
+def first(form: Form) -> Node:
+    """Return what a list begins with, or the list itself if it is empty."""
+    return form.items[0] if form.items else form
+
+
 def parts(form: Form, least: int, most: int | None, expected: str) -> tuple[Node, ...]:
     """Return what follows the first word; fail unless it is ``least`` to ``most`` nodes."""
     rest = form.items[1:]

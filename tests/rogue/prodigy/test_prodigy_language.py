@@ -60,7 +60,7 @@ def problem(goal: str = "(at a)", state: str = "(free a)", more: str = "") -> st
         ),
         (TYPES + GO.replace("(params <r>)", "(params <q>)"), "2:22", "a variable declared in"),
         (TYPES + "(OPERATOR go (preconds () (p)))", "2:1", "expected (effects ...)"),
-        (TYPES + GO + GO, "5:11", "a name that no operator has yet"),
+        (TYPES + GO + GO, "5:11", "a name that no operator and no inference rule"),
         ('(ptype-of "room', "1:11", "that ends the string"),
         ("#| never ends", "1:1", "'|#' ending the comment"),
         ("(" * 200, "1:101", "at most 100 levels"),
