@@ -16,6 +16,10 @@ RoomName = Annotated[str, Field(max_length=64)]
 """A room as the map calls it, such as ``r-5303``."""
 
 
+MOST_ROOMS = 200
+"""Rooms that one `PlanRoutes` may name."""
+
+
 class NavigationFailure(enum.StrEnum):
     """Why `NavigateToGoal` failed: the names of its failures on the bus."""
 
@@ -38,7 +42,8 @@ class Position(BaseModel):
 
     Metres and radians in the map frame; ``deviation`` is the standard deviation of the position
     in metres, ``heading_deviation`` that of the heading in radians; ``room`` is the room at
-    whose place it stands, if any.
+    whose place it stands, if any, and ``confidence`` how probable it is, 0 to 1, that it really
+    stands there.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -49,6 +54,7 @@ class Position(BaseModel):
     deviation: float
     heading_deviation: float
     room: str | None
+    confidence: float = Field(default=0.0, ge=0.0, le=1.0)
     time: float
 
 
@@ -132,3 +138,26 @@ class PlanRoute(Query[Route]):
 
     goal: RoomName
     start: RoomName | None = None
+
+
+class RouteTable(BaseModel):
+    """How far it is between places.
+
+    ``metres[i][j]`` and ``seconds[i][j]`` lead from ``rooms[i]`` to ``rooms[j]``, ``from_here[j]``
+    metres from where the robot is to ``rooms[j]``; None where there is no way.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    rooms: list[str]
+    metres: list[list[float | None]]
+    seconds: list[list[float | None]]
+    from_here: list[float | None]
+
+
+class PlanRoutes(Query[RouteTable]):
+    """Ask how far it is between each two of some rooms, as the navigator knows the floor now."""
+
+    wire_name = "navigateRoutes"
+
+    rooms: list[RoomName] = Field(max_length=MOST_ROOMS)

@@ -1,4 +1,4 @@
-"""What the base, its sensors and the simulated building say and hear.
+"""What the base and its sensors say and hear, and where the robot really is.
 
 Frames and units follow REP-103 and REP-105: metres, seconds, radians counter-clockwise,
 x forward, y left; ``odom`` is continuous and drifts, ``map`` does not.
@@ -96,27 +96,3 @@ class WhereReally(Query[TrueLocation]):
     """Ask the simulator for the truth: for people who look, and for tests."""
 
     wire_name = "xavierTrueLocation"
-
-
-class DoorState(BaseModel):
-    """One door of the building as it stands now."""
-
-    model_config = ConfigDict(frozen=True)
-
-    room: str
-    open: bool
-
-
-class MoveDoor(Query[DoorState]):
-    """Open or close the door of a room, or a corridor door by its name."""
-
-    wire_name = "xavierDoor"
-
-    room: str = Field(max_length=64)
-    open: bool
-
-
-class WorldDoors(Query[list[DoorState]]):
-    """Ask how every door stands."""
-
-    wire_name = "xavierDoors"

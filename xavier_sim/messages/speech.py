@@ -8,6 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus import Broadcast, Command
 
+Subject = Literal["place", "placing", "taking", "where", "pickup", "deliver", "other"]
+"""What a question can be about."""
+
 
 class Spoken(BaseModel):
     """That a sentence was said, and when (simulated seconds since the epoch)."""
@@ -41,8 +44,9 @@ class Ask(Command[Typed]):
 
     ``choices`` are the answers that are accepted, such as ("y", "n") or ("y", "i"); without
     choices any line is. ``about`` and ``room`` tell what the question is about: the robot's
-    place, or an item that somebody puts on the tray or takes from it there. The command fails
-    with ``no_answer`` when nobody answered for ``timeout`` seconds on the module's clock.
+    place, an item that somebody puts on the tray or takes from it there, or, asked of ``user``
+    wherever they are, the room where their item is to be picked up or delivered. The command
+    fails with ``no_answer`` when nobody answered for ``timeout`` seconds on the module's clock.
     """
 
     wire_name = "C_ask"
@@ -50,7 +54,7 @@ class Ask(Command[Typed]):
 
     question: str = Field(min_length=1, max_length=1000)
     choices: tuple[str, ...] = ()
-    about: Literal["place", "placing", "taking", "where", "other"] = "other"
+    about: Subject = "other"
     room: str | None = None
     user: str | None = None
     item: str | None = None
@@ -63,16 +67,4 @@ class Heard(Broadcast):
     wire_name = "xavierHeard"
 
     text: str
-    time: float
-
-
-class ItemMoved(Broadcast):
-    """Somebody has really put an item on the tray, or really taken one from it."""
-
-    wire_name = "xavierItemMoved"
-
-    user: str
-    item: str
-    room: str
-    action: Literal["placed", "taken"]
     time: float
