@@ -43,6 +43,7 @@ from rogue.prodigy._render import render_tree
 from rogue.prodigy._result import SearchResult, Status
 from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule, RuleSet
 from rogue.prodigy._search import Search
+from rogue.prodigy._snapshot import NodeState, SnapshotNode, TreeSnapshot
 from rogue.prodigy._solve import solve
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal, Value
@@ -73,6 +74,7 @@ __all__ = [
     "MetaPredicate",
     "Mode",
     "NodeKind",
+    "NodeState",
     "NodeView",
     "Objects",
     "Operator",
@@ -93,9 +95,11 @@ __all__ = [
     "SearchResult",
     "SearchView",
     "SequenceError",
+    "SnapshotNode",
     "State",
     "Status",
     "StepView",
+    "TreeSnapshot",
     "UnknownNameError",
     "Value",
     "load_domain",

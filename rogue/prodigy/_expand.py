@@ -238,6 +238,7 @@ class Expander:
     def _note(self, choice: Choice, node: Node, child: Node, picked: _Picked) -> None:
         removed = [e for f in picked.fired if f.action == "reject" for e in f.effect]
         alternatives = (*map(str, picked.left), *removed)
+        child.decided_by = picked.reason
         self.decisions.append(
             Decided(
                 choice,

@@ -52,6 +52,7 @@ class Node:
         tried: Goals and binding nodes already taken at a binding or applied node.
         only_apply: The other goals here were given up, as SABA does.
         structural: It failed for reasons that no other order of steps changes.
+        decided_by: The rule, or the default, that chose it.
     """
 
     number: int
@@ -77,6 +78,7 @@ class Node:
     visited: bool = False
     executed: bool = False
     failure: str = ""
+    decided_by: str = ""
 
     def text(self) -> str:
         """Return what is printed behind the number."""

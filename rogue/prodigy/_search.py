@@ -11,6 +11,7 @@ from rogue.prodigy._options import SearchOptions
 from rogue.prodigy._problem import Problem, check_literal
 from rogue.prodigy._result import SearchResult
 from rogue.prodigy._rules import RuleSet
+from rogue.prodigy._snapshot import TreeSnapshot, take_snapshot
 from rogue.prodigy._state import State
 from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
@@ -202,6 +203,12 @@ class Search:
     def nodes(self) -> tuple[NodeView, ...]:
         """Return all nodes made so far, by number."""
         return tuple(node.view() for node in self._engine.tree.nodes)
+
+    def snapshot(self) -> TreeSnapshot:
+        """Return the search tree as it stands, for drawing; at any time, also while it runs."""
+        tree = self._engine.tree
+        current = tree.open[-1] if tree.open else tree.barrier
+        return take_snapshot(tree.nodes, current, tree.barrier)
 
     def _tail(self) -> Tail | None:
         situation = self._engine.current()
