@@ -7,8 +7,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from rogue.absence import persist
 from rogue.cli._client import ask, on_bus
-from rogue.cli._waiting import EXIT_CODES, persist, states
+from rogue.cli._waiting import EXIT_CODES, states
 from rogue.deadlines import show_deadline, show_time
 from rogue.messages import (
     CancelRequest,

@@ -10,8 +10,9 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from rogue.absence import ABSENT
 from rogue.cli._client import ask, on_bus
-from rogue.cli._waiting import ABSENT, POLL_SECONDS
+from rogue.cli._waiting import POLL_SECONDS
 from rogue.messages import ReadTrace, ShowPlan, TraceLine
 from tca_bus import Module, Subscription
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json

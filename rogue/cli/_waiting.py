@@ -4,46 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import TypeVar
+from collections.abc import AsyncIterator
 
+from rogue.absence import ABSENT
 from rogue.cli._client import ask
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState, ShowRequest
 from tca_bus import (
-    BusGoneError,
     Module,
-    NoHandlerError,
-    PeerLostError,
     Subscription,
-    TimedOutError,
 )
-
-T = TypeVar("T")
-
-ABSENT = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
-"""What passes when a process that went away is back."""
 
 POLL_SECONDS = 2.0
 """Wall seconds after which a state is asked for that nobody has told of."""
 
-POST_PATIENCE = 30.0
-"""Wall seconds for which a request is posted again while the agent is away."""
-
 EXIT_CODES = {RequestState.COMPLETED: 0, RequestState.FAILED: 1, RequestState.CANCELED: 6}
 """What a command that waited ends with."""
-
-
-async def persist(call: Callable[[], Awaitable[T]], patience: float = POST_PATIENCE) -> T:
-    """Call again while the other side was there and is away; give up after ``patience``."""
-    end = time.monotonic() + patience
-    while True:
-        try:
-            return await call()
-        except (BusGoneError, PeerLostError, TimedOutError):
-            if time.monotonic() >= end:
-                raise
-        await asyncio.sleep(0.5)
 
 
 async def states(module: Module, request_id: str) -> AsyncIterator[DeliveryRequest]:
