@@ -71,8 +71,9 @@ class Navigator:
         return self.driver.start(goal, self._view(sensors))
 
     def cancel(self) -> None:
-        """Give up the goal under way; the next step stops the wheels."""
+        """Give up the goal under way, and stand."""
         self.driver.cancel()
+        self.wheels = STOP
 
     @property
     def busy(self) -> bool:

@@ -48,6 +48,9 @@ SAVE_SECONDS = 1.0
 SENSOR_SECONDS = 30.0
 """Wall seconds that a goal waits for a robot that says nothing yet."""
 
+CLOCK_SECONDS = 2.0
+"""Wall seconds that the end of a drive waits for the time of its last tick to be told."""
+
 log = logging.getLogger(__name__)
 
 
@@ -146,7 +149,23 @@ class NavigateService:
         finally:
             self._errand = None
             await self._stop()
+        await self._until_told()
         return self._ending(errand, point)
+
+    async def _until_told(self) -> None:
+        """Let all hear the time of the last tick before they hear what came of it.
+
+        In lockstep time stands still once the drive has ended; who reads the clock on hearing of
+        it should find the same time in every run.
+        """
+        sensors = self._sensors
+        if sensors is None or not sensors.lockstep:
+            return
+        try:
+            async with asyncio.timeout(CLOCK_SECONDS):
+                await self.module.clock.watch_until(sensors.time)
+        except TimeoutError:
+            log.warning("nobody tells the time of tick %d", sensors.tick)
 
     async def _first_sensors(self) -> Sensors:
         try:

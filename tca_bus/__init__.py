@@ -69,12 +69,13 @@ from tca_bus._sending import SendOptions
 from tca_bus._steering import MonitorOptions
 from tca_bus._subscription import Subscription
 from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
-from tca_bus._time_messages import AwaitTime, SimulatedTime
+from tca_bus._time_messages import TIME_GRAIN, AwaitTime, SimulatedTime
 from tca_bus._tree_queries import Relation
 from tca_bus._variable_watch import VariableWatch
 from tca_bus._variables import Reading, Variable, VariableState
 
 __all__ = [
+    "TIME_GRAIN",
     "Acquisition",
     "Answers",
     "Attachment",

@@ -9,14 +9,14 @@ from __future__ import annotations
 import asyncio
 import heapq
 import itertools
-import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from tca_bus._errors import TimedOutError
+from tca_bus._time_messages import TIME_GRAIN
 
 LONGEST_NAP = 1.0
 """Wall seconds after which a wait for the time of day looks at it again."""
@@ -39,7 +39,23 @@ class Clock(ABC):
 
     @abstractmethod
     async def watch_until(self, when: float) -> None:
-        """Wait passively until ``when``: told when the time has come, without making it move."""
+        """Wait passively until ``when``, without making time move.
+
+        In lockstep time stops there until this module was told; see `at` for one that wants to
+        act before it goes on.
+        """
+
+    @abstractmethod
+    def at(self, when: float) -> AbstractAsyncContextManager[None]:
+        """Wait passively until ``when``, and then do the block: in lockstep, at that very time.
+
+        Simulated time stands still until the block is left, for some wall seconds at most; the
+        module that makes it goes on then, and says so in its log.
+        """
+
+    @abstractmethod
+    def hold(self) -> AbstractAsyncContextManager[None]:
+        """Do the block while, in lockstep, time stands still: `at` the time that it is now."""
 
     @abstractmethod
     def timeout(self, seconds: float) -> AbstractAsyncContextManager[None]:
@@ -75,6 +91,14 @@ class WallClock(Clock):
         """Wait until ``when``; on the wall there is no difference."""
         await self.sleep_until(when)
 
+    def at(self, when: float) -> AbstractAsyncContextManager[None]:
+        """Wait until ``when``, and do the block."""
+        return _after(self.sleep_until(when))
+
+    def hold(self) -> AbstractAsyncContextManager[None]:
+        """Do the block; the wall's time stands still for nobody."""
+        return nullcontext()
+
     def timeout(self, seconds: float) -> AbstractAsyncContextManager[None]:
         """Raise TimeoutError from the block after ``seconds``."""
         return _wall_timeout(seconds)
@@ -90,29 +114,48 @@ async def _wall_timeout(seconds: float) -> AsyncIterator[None]:
         yield
 
 
+@asynccontextmanager
+async def _after(wait: Awaitable[None]) -> AsyncIterator[None]:
+    await wait
+    yield
+
+
+@dataclass(frozen=True, slots=True)
+class Awaited:
+    """The earliest time that somebody waits for, and whether somebody waits actively.
+
+    A time that has come already is that of a block which time stands still for.
+    """
+
+    until: float
+    moves: bool
+
+
 @dataclass(order=True)
 class _Alarm:
     when: float
     number: int
     ring: Callable[[], None] = field(compare=False)
     is_active: bool = field(compare=False)
+    holds: bool = field(compare=False, default=False)
     is_over: bool = field(compare=False, default=False)
 
 
 class SimulatedClock(Clock):
     """A clock that moves when `move_to` is called.
 
-    ``announce`` is called on the loop, soon after it changed, with the earliest time that
-    somebody waits for actively, None when nobody does.
+    ``announce`` is called on the loop, soon after it changed, with what is waited for, None when
+    nobody waits.
     """
 
-    def __init__(self, announce: Callable[[float | None], None] | None = None) -> None:
+    def __init__(self, announce: Callable[[Awaited | None], None] | None = None) -> None:
         self._announce = announce
         self._time: float | None = None
         self._ready = asyncio.Event()
         self._alarms: list[_Alarm] = []
+        self._holds: list[_Alarm] = []
         self._numbers = itertools.count()
-        self._announced: float | None = None
+        self._announced: Awaited | None = None
         self._is_announcing = False
 
     def now(self) -> float:
@@ -137,6 +180,14 @@ class SimulatedClock(Clock):
         """Wait until ``when``, whoever makes the time move."""
         await self._wait(when, is_active=False)
 
+    def at(self, when: float) -> AbstractAsyncContextManager[None]:
+        """Wait until ``when``, whoever makes the time move, and do the block at that time."""
+        return self._at(when)
+
+    def hold(self) -> AbstractAsyncContextManager[None]:
+        """Do the block while simulated time stands still, in lockstep."""
+        return self._at(self.now())
+
     def timeout(self, seconds: float) -> AbstractAsyncContextManager[None]:
         """Raise TimeoutError from the block after ``seconds`` of simulated time."""
         return self._timeout(seconds)
@@ -145,27 +196,52 @@ class SimulatedClock(Clock):
         """Set the time and wake all whose time has come; it may go back after a restart."""
         self._time = now
         self._ready.set()
-        while self._alarms and self._alarms[0].when <= now:
-            alarm = heapq.heappop(self._alarms)
-            if not alarm.is_over:
-                alarm.is_over = True
-                alarm.ring()
+        while self._alarms and self._alarms[0].when <= now + TIME_GRAIN:
+            self._ring(heapq.heappop(self._alarms))
         self._announce_soon()
 
-    def awaited(self) -> float | None:
-        """The earliest time that somebody waits for actively."""
-        waits = (a.when for a in self._alarms if a.is_active and not a.is_over)
-        earliest = min(waits, default=math.inf)
-        return None if earliest == math.inf else earliest
+    def awaited(self) -> Awaited | None:
+        """What is waited for."""
+        waits = [alarm for alarm in self._alarms if not alarm.is_over] + self._holds
+        if not waits:
+            return None
+        earliest = min(alarm.when for alarm in waits)
+        return Awaited(earliest, moves=any(alarm.is_active for alarm in waits))
+
+    def _ring(self, alarm: _Alarm) -> None:
+        if alarm.is_over:
+            return
+        # Who has waited until then must not read a time before it.
+        self._time = max(self.now(), alarm.when)
+        alarm.is_over = True
+        if alarm.holds:
+            self._holds.append(alarm)
+        alarm.ring()
 
     async def _wait(self, when: float, *, is_active: bool) -> None:
-        if self._time is not None and when <= self._time:
-            await asyncio.sleep(0)
-            return
+        async with self._wait_and_do(when, is_active=is_active):
+            pass
+
+    @asynccontextmanager
+    async def _at(self, when: float) -> AsyncIterator[None]:
+        async with self._wait_and_do(when, is_active=False, holds=True):
+            yield
+
+    @asynccontextmanager
+    async def _wait_and_do(
+        self, when: float, *, is_active: bool, holds: bool = False
+    ) -> AsyncIterator[None]:
         future = asyncio.get_running_loop().create_future()
-        alarm = self._set_alarm(when, lambda: _settle(future), is_active=is_active)
+        alarm = _Alarm(when, next(self._numbers), lambda: _settle(future), is_active, holds)
         try:
+            if self._time is not None and when <= self._time + TIME_GRAIN:
+                self._ring(alarm)
+                await asyncio.sleep(0)
+            else:
+                heapq.heappush(self._alarms, alarm)
+            self._announce_soon()
             await future
+            yield
         finally:
             self._end_alarm(alarm)
 
@@ -174,20 +250,19 @@ class SimulatedClock(Clock):
         async with asyncio.timeout(None) as limit:
             now = asyncio.get_running_loop().time
             when = self.now() + seconds
-            alarm = self._set_alarm(when, lambda: limit.reschedule(now()), is_active=True)
+            number = next(self._numbers)
+            alarm = _Alarm(when, number, lambda: limit.reschedule(now()), is_active=True)
+            heapq.heappush(self._alarms, alarm)
+            self._announce_soon()
             try:
                 yield
             finally:
                 self._end_alarm(alarm)
 
-    def _set_alarm(self, when: float, ring: Callable[[], None], *, is_active: bool) -> _Alarm:
-        alarm = _Alarm(when, next(self._numbers), ring, is_active)
-        heapq.heappush(self._alarms, alarm)
-        self._announce_soon()
-        return alarm
-
     def _end_alarm(self, alarm: _Alarm) -> None:
         alarm.is_over = True
+        if alarm in self._holds:
+            self._holds.remove(alarm)
         while self._alarms and self._alarms[0].is_over:
             heapq.heappop(self._alarms)
         self._announce_soon()

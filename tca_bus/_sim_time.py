@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from tca_bus._clock import SimulatedClock
+from tca_bus._clock import Awaited, SimulatedClock
 from tca_bus._core import Core
 from tca_bus._messages import MessageClass
 from tca_bus._time_messages import AwaitTime, SimulatedTime
@@ -33,14 +33,19 @@ class SimTimeLink:
     def _take(self, arrival: Arrival[Any]) -> None:
         self.clock.move_to(arrival.value.time)
 
-    def _tell(self, until: float | None) -> None:
-        message = AwaitTime(module=self._core.name, incarnation=self._core.incarnation, until=until)
+    def _tell(self, awaited: Awaited | None) -> None:
+        message = AwaitTime(
+            module=self._core.name,
+            incarnation=self._core.incarnation,
+            until=awaited.until if awaited else None,
+            moves=awaited is not None and awaited.moves,
+        )
         payload = encode_message(message)
         self._topics.publish(MessageClass.BROADCAST, message.wire_name, payload)
 
     async def _repeat(self) -> None:
         while True:
             await asyncio.sleep(REPEAT_PERIOD)
-            until = self.clock.awaited()
-            if until is not None:
-                self._tell(until)
+            awaited = self.clock.awaited()
+            if awaited is not None:
+                self._tell(awaited)

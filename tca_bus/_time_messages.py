@@ -6,6 +6,9 @@ from pydantic import FiniteFloat
 
 from tca_bus._messages import Broadcast
 
+TIME_GRAIN = 1e-6
+"""Simulated times nearer to each other than this, in seconds, are the same."""
+
 
 class SimulatedTime(Broadcast):
     """The simulated time, from the module that makes it.
@@ -23,7 +26,10 @@ class SimulatedTime(Broadcast):
 class AwaitTime(Broadcast):
     """A module waits on simulated time until ``until``; None when it waits no more.
 
-    At full speed simulated time moves only for those who wait. Repeated every wall second.
+    In lockstep time does not go past that before the module has said what it waits for next;
+    with a time that has come already it says that time is to stand still for it. ``moves`` tells
+    whether it waits actively: at full speed simulated time moves only for those who do. Repeated
+    every wall second.
     """
 
     wire_name = "tca.awaitTime"
@@ -31,3 +37,4 @@ class AwaitTime(Broadcast):
     module: str
     incarnation: str
     until: FiniteFloat | None
+    moves: bool = True

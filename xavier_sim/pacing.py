@@ -21,19 +21,19 @@ LATE = 1.0
 """When the paced world is so many wall seconds behind, it gives up catching up."""
 
 
-def may_tick(*, driven: bool, answered: bool, busy: bool, awaited: bool, waking: bool) -> bool:
+def may_tick(*, driven: bool, answered: bool, busy: bool, moving: bool, holding: bool) -> bool:
     """Whether simulated time may move by a tick in lockstep.
 
     Args:
         driven: a driver is there.
         answered: it has answered the sensors of the current tick.
         busy: it has a goal.
-        awaited: some module waits actively for a time to come.
-        waking: some module's time has come, and it has not yet said what it waits for next.
+        moving: some module waits actively for a time to come.
+        holding: some module's time has come, and it has not yet said what it waits for next.
     """
-    if waking or (driven and not answered):
+    if holding or (driven and not answered):
         return False
-    return awaited or (driven and busy)
+    return moving or (driven and busy)
 
 
 class Metronome:

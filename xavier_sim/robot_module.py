@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import time
 
 from tca_bus import (
@@ -24,9 +25,11 @@ from xavier_sim.messages import (
 )
 from xavier_sim.pacing import ALONE_PAUSE, ANSWER_PATIENCE, IDLE_REPEAT, Metronome, may_tick
 from xavier_sim.robot_state import RobotState
-from xavier_sim.simulated_time import Demands, TimeNews
+from xavier_sim.simulated_time import HOLD_LIMIT, Demands, TimeNews
 from xavier_sim.snapshots import SnapshotFile
 from xavier_sim.world import UnknownDoorError
+
+log = logging.getLogger(__name__)
 
 MODULE = "xavier"
 
@@ -94,18 +97,22 @@ class RobotModule:
             await self._until_may_tick()
             driven = self._driven
             await self._tick(*(self._driver.command(self._state.world.tick) if driven else STOP))
-            await self._tell_time()
             await asyncio.sleep(0 if driven else ALONE_PAUSE)
 
     async def _until_may_tick(self) -> None:
-        """Stand still until time may move; say meanwhile what might have been lost."""
+        """Stand still until time may move; say meanwhile what might have been lost.
+
+        The time of a tick is told once the driver has answered that tick, so that whoever is
+        woken by it finds the driver in the same state in every run.
+        """
         while True:
             self._bell.clear()
             wall = time.monotonic()
-            self._demands.clean(wall, self._present.__contains__)
-            if self._may_tick():
-                return
-            await self._tell_time(resting=self._resting)
+            self._clean_demands(wall)
+            if self._settled:
+                await self._tell_time(resting=not self._may_tick())
+                if self._may_tick():
+                    return
             await self._repeat_sensors(wall)
             await self._save_if_old(wall)
             await self._wait_for_bell()
@@ -116,24 +123,35 @@ class RobotModule:
             driven=self._driven,
             answered=self._driver.answered(tick),
             busy=self._driver.busy(tick),
-            awaited=self._demands.any,
-            waking=self._demands.waking,
+            moving=self._demands.moving,
+            holding=self._demands.holding,
         )
+
+    def _clean_demands(self, wall: float) -> None:
+        for module in self._demands.clean(wall, self._present.__contains__):
+            log.warning(
+                "simulated time stood still for module %s for %g s; it goes on without it",
+                module,
+                HOLD_LIMIT,
+            )
 
     @property
     def _driven(self) -> bool:
         return self._driver.name in self._present.values()
 
     @property
-    def _resting(self) -> bool:
-        """Whether nothing is under way that makes time move."""
+    def _settled(self) -> bool:
+        """Whether the driver, if there is one, has answered this tick."""
         return not self._driven or self._driver.answered(self._state.world.tick)
 
     async def _wait_for_bell(self) -> None:
         """Wait for a message, or a short while: waking modules and lost answers are timed."""
-        news_in = self._news.due_in(self._state.now, time.monotonic())
+        patience = ANSWER_PATIENCE / 3
+        if self._settled:
+            news_in = self._news.due_in(self._state.now, time.monotonic())
+            patience = min(patience, max(news_in, 0.001))
         try:
-            async with asyncio.timeout(min(ANSWER_PATIENCE / 3, max(news_in, 0.001))):
+            async with asyncio.timeout(patience):
                 await self._bell.wait()
         except TimeoutError:
             return
@@ -192,7 +210,7 @@ class RobotModule:
 
     async def _on_await_time(self, demand: AwaitTime, _context: Context) -> None:
         now, wall = self._state.now, time.monotonic()
-        if self._demands.note(demand.incarnation, demand.until, now, wall):
+        if self._demands.note(demand, now, wall):
             self._news.hurry()
         self._bell.set()
 

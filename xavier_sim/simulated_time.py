@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from tca_bus import TIME_GRAIN, AwaitTime
 from xavier_sim.profile import TICK
 
-WAKE_GRACE = 0.25
-"""Wall seconds that time stands still for a module whose awaited time has come, until it says
-what it waits for next."""
+HOLD_LIMIT = 10.0
+"""Wall seconds for which time stands still for a module: whose awaited time has come and that
+has not said yet what it waits for next, or that said that it is at work."""
 
-FORGET_AFTER = 3.0
+FORGET_AFTER = 10.0
 """A demand that was not repeated for so many wall seconds is void; they come every second."""
 
 ABSENT_AFTER = 0.5
@@ -44,52 +45,81 @@ class SimClock:
 
 @dataclass
 class Demand:
-    """One module waits until a simulated time; ``due`` is set on the wall when it has come."""
+    """One module waits until a simulated time, and makes it move or not.
 
+    ``due`` is set on the wall when that time has come: then time stands still, until the module
+    says something else or is ``given_up``.
+    """
+
+    module: str
     until: float
+    moves: bool
     heard: float
     due: float | None = None
+    given_up: bool = False
 
 
 class Demands:
-    """Who waits actively for simulated time, by incarnation."""
+    """Who waits for simulated time, by incarnation."""
 
     def __init__(self) -> None:
         self._demands: dict[str, Demand] = {}
 
-    def note(self, incarnation: str, until: float | None, now: float, wall: float) -> bool:
+    def note(self, demand: AwaitTime, now: float, wall: float) -> bool:
         """A module said what it waits for; true when that time has come already."""
-        self._demands.pop(incarnation, None)
-        if until is None or until <= now:
-            return until is not None
-        self._demands[incarnation] = Demand(until, wall)
-        return False
+        before = self._demands.pop(demand.incarnation, None)
+        if demand.until is None:
+            return False
+        noted = Demand(demand.module, demand.until, demand.moves, wall)
+        has_come = has_reached(now, noted.until)
+        if has_come:
+            noted.due = wall
+            if before is not None and before.until == noted.until and before.due is not None:
+                noted.due, noted.given_up = before.due, before.given_up
+        self._demands[demand.incarnation] = noted
+        return has_come
 
     def reached(self, now: float, wall: float) -> bool:
         """Mark the demands whose time has come; true when there is a new one."""
-        new = [d for d in self._demands.values() if d.due is None and d.until <= now + TICK / 1e6]
+        waiting = [demand for demand in self._demands.values() if demand.due is None]
+        new = [demand for demand in waiting if has_reached(now, demand.until)]
         for demand in new:
             demand.due = wall
         return bool(new)
 
-    def clean(self, wall: float, present: Callable[[str], bool]) -> None:
-        """Forget demands that are void: not repeated, of modules gone, or met long enough ago."""
+    def clean(self, wall: float, present: Callable[[str], bool]) -> list[str]:
+        """Forget demands that were not repeated, and those of modules that are gone.
+
+        Returns:
+            The modules for which time stood still too long, and which it does not wait for now.
+        """
         for incarnation, demand in list(self._demands.items()):
             age = wall - demand.heard
-            gone = age > ABSENT_AFTER and not present(incarnation)
-            met = demand.due is not None and wall - demand.due > WAKE_GRACE
-            if age > FORGET_AFTER or gone or met:
+            if age > FORGET_AFTER or (age > ABSENT_AFTER and not present(incarnation)):
                 del self._demands[incarnation]
+        late = [d for d in self._holding() if d.due is not None and wall - d.due > HOLD_LIMIT]
+        for demand in late:
+            demand.given_up = True
+        return [demand.module for demand in late]
 
     @property
-    def waking(self) -> bool:
-        """Whether a module whose time has come has still to say what it waits for next."""
-        return any(demand.due is not None for demand in self._demands.values())
+    def holding(self) -> bool:
+        """Whether time has to stand still for a module."""
+        return bool(self._holding())
 
     @property
-    def any(self) -> bool:
-        """Whether somebody waits for a time to come."""
-        return any(demand.due is None for demand in self._demands.values())
+    def moving(self) -> bool:
+        """Whether a module makes time move."""
+        return any(demand.moves and demand.due is None for demand in self._demands.values())
+
+    def _holding(self) -> list[Demand]:
+        demands = self._demands.values()
+        return [demand for demand in demands if demand.due is not None and not demand.given_up]
+
+
+def has_reached(now: float, when: float) -> bool:
+    """Whether a time has come."""
+    return when <= now + TIME_GRAIN
 
 
 class TimeNews:

@@ -67,26 +67,34 @@ async def test_what_ends_in_time_is_left_alone():
     assert clock.awaited() is None
 
 
-async def test_only_active_waits_are_announced_the_earliest_of_them():
-    told: list[float | None] = []
-    clock = SimulatedClock(told.append)
+def announcing():
+    """A clock at 0, and what it announces: until when, and whether that makes time move."""
+    told: list[tuple[float, bool] | None] = []
+    clock = SimulatedClock(lambda wait: told.append(wait and (wait.until, wait.moves)))
     clock.move_to(0.0)
+    return clock, told
+
+
+async def test_the_earliest_wait_is_announced_and_whether_one_makes_time_move():
+    clock, told = announcing()
     passive = asyncio.create_task(clock.watch_until(1.0))
+    await eventually(lambda: told == [(1.0, False)])
     late = asyncio.create_task(clock.sleep_until(7.0))
-    await eventually(lambda: told == [7.0])
+    await eventually(lambda: told[-1] == (1.0, True))
     early = asyncio.create_task(clock.sleep_until(3.0))
-    await eventually(lambda: told == [7.0, 3.0])
+    clock.move_to(1.0)
+    await passive
+    await eventually(lambda: told[-1] == (3.0, True))
     clock.move_to(5.0)
-    await asyncio.gather(passive, early)
-    await eventually(lambda: told == [7.0, 3.0, 7.0])
+    await early
+    await eventually(lambda: told[-1] == (7.0, True))
     late.cancel()
-    await eventually(lambda: told == [7.0, 3.0, 7.0, None])
+    await eventually(lambda: told[-1] is None)
+    assert len(told) == 5
 
 
 async def test_one_who_waits_again_at_once_is_announced_once():
-    told: list[float | None] = []
-    clock = SimulatedClock(told.append)
-    clock.move_to(0.0)
+    clock, told = announcing()
 
     async def beat() -> None:
         for when in (1.0, 2.0, 3.0):
@@ -94,11 +102,71 @@ async def test_one_who_waits_again_at_once_is_announced_once():
 
     task = asyncio.create_task(beat())
     for now in (1.0, 2.0, 3.0):
-        await eventually(lambda now=now: clock.awaited() == now)
-        await asyncio.sleep(0)
+        await eventually(lambda now=now: told and told[-1] == (now, True))
         clock.move_to(now)
     await task
-    await eventually(lambda: told == [1.0, 2.0, 3.0, None])
+    await eventually(lambda: told == [(1.0, True), (2.0, True), (3.0, True), None])
+
+
+async def test_a_block_at_a_time_is_announced_until_it_is_left():
+    clock, told = announcing()
+    leave = asyncio.Event()
+    inside: list[float] = []
+
+    async def act() -> None:
+        async with clock.at(2.0):
+            inside.append(clock.now())
+            await leave.wait()
+
+    task = asyncio.create_task(act())
+    await eventually(lambda: told == [(2.0, False)])
+    clock.move_to(2.0)
+    await eventually(lambda: inside == [2.0])
+    for _ in range(5):
+        await asyncio.sleep(0)
+    assert told == [(2.0, False)]
+    leave.set()
+    await task
+    await eventually(lambda: told == [(2.0, False), None])
+
+
+async def test_a_block_that_holds_time_begins_at_once_and_ends_when_it_is_cancelled():
+    clock, told = announcing()
+    clock.move_to(4.0)
+
+    async def act() -> None:
+        async with clock.hold():
+            await asyncio.Event().wait()
+
+    task = asyncio.create_task(act())
+    await eventually(lambda: told == [(4.0, False)])
+    task.cancel()
+    await eventually(lambda: told == [(4.0, False), None])
+    assert clock.awaited() is None
+
+
+async def test_who_wakes_and_holds_time_lets_none_pass_between():
+    clock, told = announcing()
+
+    async def act() -> None:
+        await clock.sleep_until(2.0)
+        async with clock.hold():
+            await asyncio.sleep(0)
+
+    task = asyncio.create_task(act())
+    await eventually(lambda: told == [(2.0, True)])
+    clock.move_to(2.0)
+    await task
+    await eventually(lambda: told == [(2.0, True), (2.0, False), None])
+
+
+async def test_a_time_a_hair_before_is_that_time_and_reads_so():
+    """Ticks are sums of floats: a tenth of a second 30 times over is not quite three."""
+    clock = ManualClock()
+    sleeper = asyncio.create_task(clock.sleep_until(3.0))
+    await clock.advance(3.0 - 1e-7)
+    await sleeper
+    assert clock.now() >= 3.0
 
 
 async def test_simulated_time_is_unknown_until_it_is_told():
@@ -126,6 +194,8 @@ async def test_time_may_go_back_after_a_restart_of_the_world():
 async def test_the_wall_clock_is_the_wall():
     clock = WallClock()
     before = time.time()
+    async with clock.hold(), clock.at(before):
+        assert clock.now() >= before
     await clock.wait_ready(0.0)
     await clock.sleep(0.01)
     assert clock.now() >= before + 0.01

@@ -146,6 +146,79 @@ async def test_who_waits_longer_does_not_rob_who_was_woken():
         await patient
 
 
+async def test_who_waits_passively_acts_at_exactly_its_time_while_the_robot_drives():
+    ticks = []
+    async with (
+        bus() as options,
+        robot(options) as state,
+        Module("poster", options=sim(options)) as poster,
+    ):
+        await poster.clock.wait_ready(10)
+        driver = StandIn(options, ticks=60)
+
+        async def post():
+            for when in (1.0, 2.0, 2.05, 4.0):
+                async with poster.clock.at(EPOCH + when):
+                    begun = (await poster.query(WhereReally())).tick
+                    for _ in range(3):
+                        assert (await poster.query(WhereReally())).tick == begun
+                    ticks.append((begun, max(sensors.tick for sensors in driver.seen)))
+
+        posting = asyncio.create_task(post(), name="post")
+        async with driver.module:
+            await eventually(lambda: state.world.tick == 60)
+        await posting
+    assert ticks == [(10, 10), (20, 20), (21, 21), (40, 40)]
+
+
+async def test_who_waits_passively_does_not_make_time_move():
+    async with (
+        bus() as options,
+        robot(options) as state,
+        Module("poster", options=sim(options)) as poster,
+        Module("sleeper", options=sim(options)) as sleeper,
+    ):
+        await asyncio.gather(poster.clock.wait_ready(10), sleeper.clock.wait_ready(10))
+        deadline = asyncio.create_task(poster.clock.watch_until(EPOCH + 3.0))
+        await sleeper.clock.sleep(2.0)
+        assert not deadline.done()
+        assert state.now == pytest.approx(EPOCH + 2.0)
+        await sleeper.clock.sleep(2.0)
+        await deadline
+
+
+async def test_who_dies_while_time_stands_still_for_it_holds_up_nobody():
+    async with bus() as options, robot(options), Module("other", options=sim(options)) as other:
+        await other.clock.wait_ready(10)
+        async with Module("victim", options=sim(options)) as victim:
+            await victim.clock.wait_ready(10)
+            holding = asyncio.create_task(hold_for_ever(victim.clock), name="hold")
+            await asyncio.sleep(0)
+        await other.clock.sleep(1.0)
+        holding.cancel()
+
+
+async def hold_for_ever(clock):
+    async with clock.hold():
+        await asyncio.Event().wait()
+
+
+async def test_who_hangs_while_time_stands_still_for_it_is_named(monkeypatch, caplog):
+    monkeypatch.setattr("xavier_sim.simulated_time.HOLD_LIMIT", 0.2)
+    async with (
+        bus() as options,
+        robot(options),
+        Module("victim", options=sim(options)) as victim,
+        Module("other", options=sim(options)) as other,
+    ):
+        await asyncio.gather(victim.clock.wait_ready(10), other.clock.wait_ready(10))
+        holding = asyncio.create_task(hold_for_ever(victim.clock), name="hold")
+        await asyncio.sleep(0)
+        await other.clock.sleep(1.0)
+        holding.cancel()
+    assert "simulated time stood still for module victim" in caplog.text
+
+
 async def test_killed_driver_stops_the_robot_until_another_comes():
     async with bus() as options, robot(options) as state:
         async with StandIn(options, ticks=10_000).module:

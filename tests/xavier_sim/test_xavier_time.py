@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from tca_bus import ConfigError
+from tca_bus import AwaitTime, ConfigError
 from xavier_sim.cli import open_world
 from xavier_sim.driver import SILENCE, STOP, Driver
 from xavier_sim.floor import load_floor
@@ -16,9 +16,9 @@ from xavier_sim.robot_state import RobotState
 from xavier_sim.simulated_time import (
     ABSENT_AFTER,
     FORGET_AFTER,
+    HOLD_LIMIT,
     NEWS_MOVING,
     NEWS_STILL,
-    WAKE_GRACE,
     Demands,
     SimClock,
     TimeNews,
@@ -33,52 +33,80 @@ def here(_incarnation):
     return True
 
 
-def test_demand_makes_time_wanted_until_it_comes():
+def wait(name, until, *, moves=True):
+    return AwaitTime(module=name, incarnation=name, until=until, moves=moves)
+
+
+def test_demand_makes_time_move_until_it_comes():
     demands = Demands()
-    assert not demands.note("a", 10.0, now=5.0, wall=0.0)
-    assert demands.any
+    assert not demands.note(wait("a", 10.0), now=5.0, wall=0.0)
+    assert demands.moving
     assert not demands.reached(9.9, wall=0.1)
     assert demands.reached(10.0, wall=0.2)
-    assert not demands.any
-    assert demands.waking
+    assert not demands.moving
+    assert demands.holding
+
+
+def test_passive_demand_stops_time_but_does_not_move_it():
+    demands = Demands()
+    demands.note(wait("watcher", 10.0, moves=False), now=5.0, wall=0.0)
+    assert not demands.moving
+    demands.note(wait("sleeper", 20.0), now=5.0, wall=0.0)
+    assert demands.reached(10.0, wall=0.2)
+    assert demands.holding
+    demands.note(wait("watcher", None), now=10.0, wall=0.3)
+    assert not demands.holding
+    assert demands.moving
 
 
 def test_woken_module_releases_time_by_its_next_word():
     demands = Demands()
-    demands.note("a", 10.0, now=5.0, wall=0.0)
-    demands.note("b", 20.0, now=5.0, wall=0.0)
+    demands.note(wait("a", 10.0), now=5.0, wall=0.0)
+    demands.note(wait("b", 20.0), now=5.0, wall=0.0)
     demands.reached(10.0, wall=0.2)
-    assert demands.any
-    demands.note("a", None, now=10.0, wall=0.25)
-    assert not demands.waking
-    assert demands.any
+    assert demands.moving
+    demands.note(wait("a", None), now=10.0, wall=0.25)
+    assert not demands.holding
+    assert demands.moving
 
 
-def test_module_that_says_nothing_holds_time_up_only_a_little():
+@pytest.mark.parametrize("until", [5.0, 4.0])
+def test_demand_for_now_holds_time_until_it_is_taken_back(until):
     demands = Demands()
-    demands.note("a", 10.0, now=5.0, wall=0.0)
+    assert demands.note(wait("a", until, moves=False), now=5.0, wall=0.0)
+    assert demands.holding
+    assert demands.note(wait("a", until, moves=False), now=5.0, wall=1.0)
+    assert demands.holding
+    demands.note(wait("a", 6.0), now=5.0, wall=1.1)
+    assert not demands.holding
+
+
+def test_module_holds_time_up_only_so_long_however_often_it_says_so():
+    demands = Demands()
+    demands.note(wait("a", 10.0), now=5.0, wall=0.0)
     demands.reached(10.0, wall=0.2)
-    demands.clean(0.2 + WAKE_GRACE + 0.01, here)
-    assert not demands.waking
-
-
-def test_demand_for_the_past_is_met_at_once():
-    demands = Demands()
-    assert demands.note("a", 4.0, now=5.0, wall=0.0)
-    assert not demands.any
-    assert not demands.waking
+    assert demands.clean(0.2 + HOLD_LIMIT - 1.0, here) == []
+    demands.note(wait("a", 10.0, moves=False), now=10.0, wall=HOLD_LIMIT)
+    assert demands.clean(0.2 + HOLD_LIMIT + 0.01, here) == ["a"]
+    assert not demands.holding
+    demands.note(wait("a", 10.0, moves=False), now=10.0, wall=HOLD_LIMIT + 1.0)
+    assert not demands.holding
+    assert demands.clean(HOLD_LIMIT + 2.0, here) == []
+    demands.note(wait("a", 10.1, moves=False), now=10.0, wall=HOLD_LIMIT + 3.0)
+    demands.reached(10.1, wall=HOLD_LIMIT + 3.1)
+    assert demands.holding
 
 
 def test_demands_are_forgotten():
     demands = Demands()
-    demands.note("a", 10.0, now=5.0, wall=0.0)
+    demands.note(wait("a", 10.0), now=5.0, wall=0.0)
     demands.clean(FORGET_AFTER - 0.1, here)
-    assert demands.any
+    assert demands.moving
     demands.clean(FORGET_AFTER + 0.1, here)
-    assert not demands.any
-    demands.note("gone", 10.0, now=5.0, wall=0.0)
+    assert not demands.moving
+    demands.note(wait("gone", 5.0), now=5.0, wall=0.0)
     demands.clean(ABSENT_AFTER + 0.1, lambda _: False)
-    assert not demands.any
+    assert not demands.holding
 
 
 def test_time_is_announced_often_while_it_moves_and_seldom_when_it_stands():
@@ -94,14 +122,14 @@ def test_time_is_announced_often_while_it_moves_and_seldom_when_it_stands():
 
 
 @pytest.mark.parametrize(
-    ("driven", "answered", "busy", "awaited", "waking"),
+    ("driven", "answered", "busy", "moving", "holding"),
     list(itertools.product([False, True], repeat=5)),
 )
-def test_lockstep_rule(driven, answered, busy, awaited, waking):
-    allowed = may_tick(driven=driven, answered=answered, busy=busy, awaited=awaited, waking=waking)
-    if waking or (driven and not answered):
+def test_lockstep_rule(driven, answered, busy, moving, holding):
+    allowed = may_tick(driven=driven, answered=answered, busy=busy, moving=moving, holding=holding)
+    if holding or (driven and not answered):
         assert not allowed
-    elif awaited:
+    elif moving:
         assert allowed
     else:
         assert allowed == (driven and busy)
