@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import socket
 import sys
 import tempfile
 from pathlib import Path
@@ -18,13 +16,12 @@ from rogue.cli._folders import make_folder
 from rogue.cli._trace import followed
 from rogue.memory import FILE_NAME
 from rogue.messages import TraceLine
-from rogue.office import OfficeOptions, office_specs
-from rogue.scenarios import EPOCH, SCENARIOS, Observer, Poster, Scenario
-from tca_bus import BusOptions, ConfigError, Module, TcaError, TimedOutError
+from rogue.office import OfficeOptions
+from rogue.scenarios import EPOCH, SCENARIOS, Observer, Prompter, Scenario, stage
+from tca_bus import ConfigError, Module, TcaError, TimedOutError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note
-from tca_bus.launcher import Launcher
 
-Name = Literal["figure6", "figure9"]
+Name = Literal["figure6", "figure9", "figure11", "example1998", "failure", "normal", "undone"]
 
 PATIENCE = 300.0
 """Wall seconds that a scenario may take."""
@@ -49,7 +46,10 @@ async def demo(
     Parameters
     ----------
     name
-        figure6: one request; figure9: a second, more urgent one comes while the robot drives.
+        figure6: one request; figure9: a second, more urgent one comes while the robot drives;
+        figure11: a plan half done is merged with another; example1998: figure9 as told in 1998;
+        failure: navigation ends at the wrong door; normal: a more important request interrupts;
+        undone: the same before the item was on the tray.
     seed
         Of everything random in the simulated world, 0 or more.
     data
@@ -68,7 +68,6 @@ async def demo(
 
 
 async def _play(scenario: Scenario, folder: Path, seed: int, flags: BusFlags) -> None:
-    bus = BusOptions(connect=f"tcp/127.0.0.1:{_free_port()}", realm=flags.realm, clock="sim")
     options = OfficeOptions(
         data=folder,
         seed=seed,
@@ -79,31 +78,27 @@ async def _play(scenario: Scenario, folder: Path, seed: int, flags: BusFlags) ->
         log_level=flags.level,
     )
     console = sys.stderr if flags.verbose else None
-    specs = office_specs(options, bus)
-    async with (
-        Launcher(specs, bus, console=console, log_dir=folder / "logs"),
-        Module(f"rogue-{os.getpid()}", options=bus) as module,
-    ):
+    async with stage(options, realm=flags.realm, console=console) as office:
         try:
             async with asyncio.timeout(PATIENCE):
-                await _watch(module, scenario, flags)
+                await _watch(office.module, scenario, flags)
         except TimeoutError:
             raise TimedOutError("the scenario", PATIENCE) from None
 
 
 async def _watch(module: Module, scenario: Scenario, flags: BusFlags) -> None:
-    observer, poster = Observer(module), Poster(module, scenario)
+    observer, prompter = Observer(module), Prompter(module, scenario)
     await observer.begin()
     async for line in followed(module):
         _say(line, flags)
         await observer.see(line)
-        await poster.see(line)
+        await prompter.see(line.text)
         if line.text == trace.LISTENING:
-            if poster.all_posted:
+            if prompter.is_done:
                 break
-            await poster.begin()
+            await prompter.begin()
     measured = await observer.end()
-    failures = await poster.failures()
+    failures = await prompter.failures()
     if failures:
         raise DemoFailedError("; ".join(failures))
     if flags.json:
@@ -125,9 +120,3 @@ def _show_logs(folder: Path) -> None:
         note(f"--- the last of {file.name}")
         for line in lines[-20:]:
             note(line)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

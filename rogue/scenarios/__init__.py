@@ -1,31 +1,21 @@
-"""Scripts that play in a whole office."""
+"""Scripts that play in a whole office: the papers' scenarios."""
 
 from __future__ import annotations
 
-from rogue.scenarios._papers import (
-    ARRIVED,
-    EPOCH,
-    SCENARIOS,
-    SENDING,
-    VERIFYING,
-    Arrival,
-    Errand,
-    Measurements,
-    Observer,
-    Poster,
-    Scenario,
-)
+from rogue.scenarios._measurements import Measurements, Observer
+from rogue.scenarios._papers import EPOCH, SCENARIOS, SENDING, VERIFYING, Scenario
+from rogue.scenarios._prompter import Prompter
+from rogue.scenarios._stage import Stage, stage
 
 __all__ = [
-    "ARRIVED",
     "EPOCH",
     "SCENARIOS",
     "SENDING",
     "VERIFYING",
-    "Arrival",
-    "Errand",
     "Measurements",
     "Observer",
-    "Poster",
+    "Prompter",
     "Scenario",
+    "Stage",
+    "stage",
 ]
