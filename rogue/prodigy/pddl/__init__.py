@@ -1,0 +1,14 @@
+"""PDDL domains and problems, planned by PRODIGY.
+
+Read are STRIPS, types with ``either``, negative, disjunctive and quantified preconditions,
+equality, conditional and universal effects, constants, derived predicates that do not use
+themselves, and action costs. Anything else is refused where it stands.
+"""
+
+from __future__ import annotations
+
+from rogue.prodigy.pddl._costs import Costs
+from rogue.prodigy.pddl._read_domain import SUPPORTED, PddlDomain, read_domain
+from rogue.prodigy.pddl._read_problem import Task, read_problem
+
+__all__ = ["SUPPORTED", "Costs", "PddlDomain", "Task", "read_domain", "read_problem"]
