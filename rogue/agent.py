@@ -119,10 +119,10 @@ class Agent:
         )
 
     async def _watch_deadlines(self) -> None:
-        """Fail requests at their deadlines (Haigh & Veloso 1997, node 8)."""
+        """Drop requests at their deadlines (Haigh & Veloso 1997, node 8)."""
         while True:
             self._book.deadlines_changed.clear()
-            await self._fail_overdue()
+            await self._drop_overdue()
             watch = asyncio.create_task(self._next_deadline(), name="rogue.next-deadline")
             change = asyncio.create_task(self._book.deadlines_changed.wait(), name="rogue.change")
             try:
@@ -140,12 +140,12 @@ class Agent:
         else:
             await self._module.clock.watch_until(deadline)
 
-    async def _fail_overdue(self) -> None:
+    async def _drop_overdue(self) -> None:
         now = self._module.clock.now()
         for request in self._book.open_requests():
-            if request.deadline <= now:
+            if request.closing is None and request.deadline <= now:
                 reason = f"its deadline, {show_time(request.deadline)}, passed before it was done"
-                await self._book.end(request, RequestState.FAILED, reason)
+                await self._book.give_up(request.id, RequestState.FAILED, reason)
 
     async def _rooms(self, patience: float = 5.0) -> dict[str, tuple[float, float]]:
         """The rooms of the map, which does not change while the agent runs."""

@@ -7,6 +7,7 @@ lower case as in the papers (``r-5303``, ``mitchell``, ``delivermail``).
 from __future__ import annotations
 
 import enum
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -42,10 +43,27 @@ FINAL_STATES = frozenset({RequestState.COMPLETED, RequestState.FAILED, RequestSt
 """The states that never change again."""
 
 
+class Closing(BaseModel):
+    """How a request will end once what the robot carries for it is where it shall be.
+
+    ``state`` is failed or canceled, ``since`` when that was decided.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    state: RequestState
+    reason: str
+    since: float
+
+
 class DeliveryRequest(BaseModel):
     """One errand of one user, as `rogue requests --json` shows it.
 
     ``rank`` is PersonRank + TaskRank; ``finished`` and ``reason`` stay None until it has ended.
+    ``then`` says where the item goes once it is on the tray: to ``deliver``, or back to
+    ``pickup``. A request that was taken back, or missed its deadline, while its item was on the
+    tray has ``closing`` and stays open until the item is there. ``warning`` says what is to be
+    feared for an open request, such as that its deadline cannot be met any more.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -61,6 +79,28 @@ class DeliveryRequest(BaseModel):
     deadline: float
     finished: float | None = None
     reason: str | None = None
+    then: Literal["deliver", "back"] = "deliver"
+    closing: Closing | None = None
+    warning: str | None = None
+
+    @property
+    def destination(self) -> str:
+        """The room to which the item goes from the tray."""
+        return self.pickup if self.then == "back" else self.deliver
+
+
+class Filled(BaseModel):
+    """What a user left out of a request, and who knew it.
+
+    ``slot`` is the field of `PostRequest`, ``source`` the people directory, the user's finger
+    server, a default, or the user's answer to a question.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    slot: Literal["pickup", "deliver", "deadline"]
+    value: str
+    source: Literal["directory", "finger", "default", "answer"]
 
 
 class PostRequest(Query[DeliveryRequest]):
@@ -130,6 +170,7 @@ class RequestDetails(BaseModel):
 
     request: DeliveryRequest
     why: str | None
+    filled: list[Filled]
     on_tray: bool
     steps: list[StepView]
 
@@ -143,12 +184,18 @@ class ShowRequest(Query[RequestDetails]):
 
 
 class CancelRequest(Query[DeliveryRequest]):
-    """Take a request back. One that has ended already stays as it is."""
+    """Take a request back, at whatever stage. One that has ended already stays as it is.
+
+    ``item`` says what happens with an item that is on the tray: it goes ``back`` to where it
+    came from, or is delivered all the same, and the request is open until that is done; or the
+    robot is to ``keep`` it.
+    """
 
     wire_name = "rogueCancel"
 
     id: str = Field(pattern=REQUEST_ID_PATTERN)
     reason: str = Field(default="canceled by its user", min_length=1, max_length=400)
+    item: Literal["back", "deliver", "keep"] = "back"
 
 
 class RequestChanged(Broadcast):

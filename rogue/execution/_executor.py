@@ -63,10 +63,12 @@ class Executor:
         planned = [request for request in found if request is not None]
         served = _served(operator, arguments, planned, facts)
         if not served:
-            return StepOutcome(kind="failed", room=facts.room, reason="nobody wants it any more")
+            return _unwanted(facts.room)
         begun = [self._book.as_begun(request) for request in served]
         now = self._module.clock.now()
         step = await self._store.begin_step(operator, arguments, begun, now)
+        if step is None:
+            return _unwanted(facts.room)
         for request, before in zip(begun, served, strict=True):
             if request != before:
                 await self._book.took_effect(request)
@@ -104,7 +106,7 @@ class Executor:
     async def _outcome(self, step: Step) -> StepOutcome:
         procedure = self._procedure(step)
         if not self._wanted(step) and step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
-            return StepOutcome(kind="failed", reason="nobody wants it any more")
+            return _unwanted()
         task = asyncio.create_task(self._runner.run(step, procedure), name=f"step-{step.number}")
         self._current = step, task
         try:
@@ -113,12 +115,16 @@ class Executor:
             own = asyncio.current_task()
             if own is not None and own.cancelling():
                 raise
-            return StepOutcome(kind="failed", reason="nobody wants it any more")
+            return _unwanted()
         finally:
             self._current = None
 
     def _wanted(self, step: Step) -> bool:
-        return any(self._book.find(request_id) is not None for request_id in step.requests)
+        found = [self._book.find(request_id) for request_id in step.requests]
+        served = [request for request in found if request is not None]
+        if step.operator == GOTO_DELIVER:
+            return any(request.destination == step.arguments[1] for request in served)
+        return bool(served)
 
     def _procedure(self, step: Step) -> Procedure:
         if step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
@@ -147,6 +153,10 @@ class Executor:
         """How often the robot ended up elsewhere for this request, the open step included."""
         steps = await self._store.steps_of(request.id)
         return 1 + sum(step.state == "elsewhere" for step in steps)
+
+
+def _unwanted(room: str | None = None) -> StepOutcome:
+    return StepOutcome(kind="failed", room=room, reason="nobody wants it any more")
 
 
 def _served(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from rogue.memory._database import Database
-from rogue.memory._store import FILE_NAME, Facts, Step, Store
+from rogue.memory._facts import Facts
+from rogue.memory._steps import Step
+from rogue.memory._store import FILE_NAME, Store
 
 __all__ = [
     "FILE_NAME",

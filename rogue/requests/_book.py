@@ -7,9 +7,10 @@ import logging
 from collections.abc import Callable
 
 from rogue.conversation import announce
-from rogue.memory import Facts, Store
-from rogue.messages import DeliveryRequest, RequestChanged, RequestState
+from rogue.memory import Facts, Step, Store
+from rogue.messages import Closing, DeliveryRequest, Filled, RequestChanged, RequestState
 from rogue.requests._directory import Directory
+from rogue.requests._endings import Item, closes, ended
 from tca_bus import Module
 
 log = logging.getLogger(__name__)
@@ -45,12 +46,15 @@ class RequestBook:
         return self._open.get(request_id)
 
     def next_deadline(self) -> float | None:
-        """The nearest deadline of an open request."""
-        return min((request.deadline for request in self._open.values()), default=None)
+        """The nearest deadline of an open request that is not given up already."""
+        pending = (r.deadline for r in self._open.values() if r.closing is None)
+        return min(pending, default=None)
 
-    async def add(self, request: DeliveryRequest, why: str | None) -> None:
+    async def add(
+        self, request: DeliveryRequest, why: str | None, filled: tuple[Filled, ...] = ()
+    ) -> None:
         """Take on a request; it is on disk when this returns."""
-        await self._store.add_request(request, why)
+        await self._store.add_request(request, why, filled)
         self._open[request.id] = request
         log.info(
             "request %s accepted: %s for %s, %s to %s",
@@ -70,12 +74,16 @@ class RequestBook:
     def as_ended(
         self, request: DeliveryRequest, state: RequestState, reason: str | None, facts: Facts
     ) -> DeliveryRequest:
-        """The request as it is once it has ended; the reason says what is left on the tray."""
+        """The request as it is once it has ended; the reason says where its item is.
+
+        One that was taken back while its item was on the tray ends as was decided then.
+        """
+        done = ended(request, state, reason, self._module.clock.now())
+        reason = done.reason
         if reason and (request.user, request.item) in facts.tray:
             phrase = self._directory.phrase(request.user, request.item)
             reason = f"{reason}; {phrase} is still on the tray"
-        now = self._module.clock.now()
-        return request.model_copy(update={"state": state, "reason": reason, "finished": now})
+        return done.model_copy(update={"reason": reason})
 
     async def end(self, request: DeliveryRequest, state: RequestState, reason: str) -> bool:
         """End an open request from outside of a step; says whether it was still open."""
@@ -85,8 +93,33 @@ class RequestBook:
         await self.took_effect(ended)
         return True
 
+    async def give_up(
+        self, request_id: str, state: RequestState, reason: str, item: Item = "back"
+    ) -> None:
+        """Give up a request that is open.
+
+        It ends at once, or stays open, closing, until its item has left the tray.
+        """
+        closing = Closing(state=state, reason=reason, since=self._module.clock.now())
+
+        def decide(request: DeliveryRequest, facts: Facts, step: Step | None) -> DeliveryRequest:
+            waits = closes(request, closing, item, facts, step)
+            return waits or self.as_ended(request, state, reason, facts)
+
+        changed = await self._store.withdraw(request_id, decide)
+        if changed is not None:
+            await self._take_over(changed)
+
     async def took_effect(self, request: DeliveryRequest) -> None:
-        """Take over a change that is on disk already, and tell of it."""
+        """Take over the state of a request that is on disk already, and tell of it."""
+        known = self._open.get(request.id)
+        if known is None or request.state.is_final:
+            await self._take_over(request)
+        else:
+            # What came in meanwhile stands: that it closes, what is feared for it.
+            await self._take_over(known.model_copy(update={"state": request.state}))
+
+    async def _take_over(self, request: DeliveryRequest) -> None:
         if request.state.is_final:
             self._open.pop(request.id, None)
             why = f": {request.reason}" if request.reason else ""

@@ -23,6 +23,7 @@ from rogue.messages import (
 from rogue.reasons import why_sentences
 from rogue.requests._book import RequestBook
 from rogue.requests._directory import Directory
+from rogue.requests._endings import is_carried
 from rogue.requests._intake import accept, is_same_errand
 from tca_bus import Context, Module, TaskError, TcaError
 
@@ -72,7 +73,9 @@ class Desk:
         del context
         request = await self._find(message.id)
         if not request.state.is_final:
-            await self._book.end(request, RequestState.CANCELED, message.reason)
+            await self._book.give_up(
+                request.id, RequestState.CANCELED, message.reason, message.item
+            )
         return await self._find(message.id)
 
     async def _list(self, message: ListRequests, context: Context) -> list[DeliveryRequest]:
@@ -86,7 +89,8 @@ class Desk:
         return RequestDetails(
             request=request,
             why=await self._store.why(request.id),
-            on_tray=(request.user, request.item) in facts.tray,
+            filled=await self._store.filled(request.id),
+            on_tray=is_carried(request, facts),
             steps=await self._store.steps_of(request.id),
         )
 

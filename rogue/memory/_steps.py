@@ -1,0 +1,127 @@
+"""The steps that were carried out, and how far the open one came."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from rogue.memory._database import Database, Row
+from rogue.memory._facts import Facts, write_facts
+from rogue.memory._requests import write_change
+from rogue.messages import DeliveryRequest, StepView
+from rogue.outcomes import Outcome, StepOutcome
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One operator that is carried out; ``requests`` are the ids of those that it serves."""
+
+    number: int
+    operator: str
+    arguments: tuple[str, ...]
+    requests: tuple[str, ...]
+
+
+class KeptSteps:
+    """The part of the store that holds steps and the outcomes of their effects."""
+
+    _base: Database
+
+    async def begin_step(
+        self,
+        operator: str,
+        arguments: Sequence[str],
+        requests: Iterable[DeliveryRequest],
+        time: float,
+    ) -> Step | None:
+        """Write down a step before it starts, with the requests that it serves as they are then.
+
+        Gives None, and nothing is begun, when all of them have ended meanwhile.
+        """
+        served = list(requests)
+        ids = tuple(request.id for request in served)
+        async with self._base.transaction() as link:
+            changes = [await write_change(link, request, None) for request in served]
+            if changes and not any(changes):
+                return None
+            cursor = await link.execute(
+                "INSERT INTO steps (operator, arguments, requests, state, started) "
+                "VALUES (?, ?, ?, 'open', ?)",
+                (operator, json.dumps(arguments), json.dumps(ids), time),
+            )
+            number = int(cursor.lastrowid or 0)
+            pairs = [(name, number) for name in ids]
+            await link.executemany("INSERT INTO served (request, step) VALUES (?, ?)", pairs)
+        return Step(number, operator, tuple(arguments), ids)
+
+    async def open_step(self) -> Step | None:
+        """The step that was begun and not ended, if there is one."""
+        rows = await self._base.rows(
+            "SELECT number, operator, arguments, requests FROM steps WHERE state = 'open' "
+            "ORDER BY number DESC LIMIT 1"
+        )
+        return _step(rows[0]) if rows else None
+
+    async def end_step(
+        self,
+        step: Step,
+        outcome: StepOutcome,
+        facts: Facts,
+        time: float,
+        *,
+        changed: Iterable[DeliveryRequest] = (),
+    ) -> list[DeliveryRequest]:
+        """Close a step together with what it changed in the world and for the requests.
+
+        Gives those of ``changed`` that had not ended already, by somebody else's hand.
+        """
+        async with self._base.transaction() as link:
+            await link.execute(
+                "UPDATE steps SET state = ?, outcome = ?, ended = ? WHERE number = ?",
+                (outcome.kind, outcome.model_dump_json(), time, step.number),
+            )
+            await link.execute("DELETE FROM outcomes WHERE step = ?", (step.number,))
+            await write_facts(link, facts)
+            return [r for r in changed if await write_change(link, r, r.reason)]
+
+    async def steps_of(self, request_id: str) -> list[StepView]:
+        """What was carried out for a request."""
+        rows = await self._base.rows(
+            "SELECT operator, arguments, state, started, ended, outcome FROM served "
+            "JOIN steps ON steps.number = served.step WHERE served.request = ? ORDER BY number",
+            request_id,
+        )
+        return [_view(row) for row in rows]
+
+    async def keep_outcome(self, step: Step, position: int, outcome: Outcome) -> None:
+        """Keep what came of effect number ``position`` of an open step."""
+        async with self._base.transaction() as link:
+            await link.execute(
+                "INSERT OR REPLACE INTO outcomes (step, position, outcome) VALUES (?, ?, ?)",
+                (step.number, position, outcome.model_dump_json()),
+            )
+
+    async def outcomes(self, step: Step) -> dict[int, Outcome]:
+        """What came of the effects of an open step so far, by their positions."""
+        rows = await self._base.rows(
+            "SELECT position, outcome FROM outcomes WHERE step = ?", step.number
+        )
+        return {int(position): Outcome.model_validate_json(text) for position, text in rows}
+
+
+def _step(row: Row) -> Step:
+    number, operator, arguments, requests = row
+    return Step(int(number), operator, tuple(json.loads(arguments)), tuple(json.loads(requests)))
+
+
+def _view(row: Row) -> StepView:
+    operator, arguments, state, started, ended, outcome = row
+    reason = StepOutcome.model_validate_json(outcome).reason if outcome else None
+    return StepView(
+        operator=f"{operator} {' '.join(json.loads(arguments))}",
+        state=state,
+        started=started,
+        ended=ended,
+        outcome=reason,
+    )
