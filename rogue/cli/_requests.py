@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -24,6 +24,14 @@ from tca_bus import Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 
 COLUMNS = ("id", "user", "item", "from", "to", "state", "rank", "posted", "deadline", "reason")
+
+SOURCES = {
+    "directory": "from the people directory",
+    "finger": "from the user's finger server",
+    "default": "by default",
+    "answer": "as somebody answered",
+}
+"""Where what was filled in came from, in words."""
 
 
 async def request(
@@ -118,6 +126,7 @@ async def cancel(
     /,
     *,
     reason: str = "canceled by its user",
+    item: Literal["back", "deliver", "keep"] = "back",
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Take a request back, at whatever stage it is.
@@ -128,9 +137,12 @@ async def cancel(
         The request; 'rogue requests' lists them.
     reason
         Why, for the record.
+    item
+        What becomes of an item that is on the tray: it goes back to where it came from, or is
+        delivered all the same, or stays there. The request is open until that is done.
     """
     async with on_bus(flags) as module:
-        _say(await ask(module, CancelRequest(id=id, reason=reason)), flags)
+        _say(await ask(module, CancelRequest(id=id, reason=reason, item=item)), flags)
 
 
 async def why(id: str, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
@@ -164,8 +176,17 @@ def _say(one: DeliveryRequest, flags: BusFlags) -> None:
     if flags.json:
         emit_json(one, line=True)
         return
-    reason = f" ({one.reason})" if one.reason else ""
-    emit(f"{one.id}: {one.item} for {one.user}, {one.pickup} to {one.deliver}: {one.state}{reason}")
+    words = f"{one.id}: {one.item} for {one.user}, {one.pickup} to {one.deliver}: {one.state}"
+    said = one.reason or _prospect(one)
+    emit(f"{words} ({said})" if said else words)
+
+
+def _prospect(one: DeliveryRequest) -> str | None:
+    """What is to be expected of an open request, where that is not its completion in time."""
+    closing = one.closing
+    if closing is None or one.state.is_final:
+        return one.warning
+    return f"{closing.state} when its item is in {one.destination}: {closing.reason}"
 
 
 def _row(one: DeliveryRequest) -> tuple[object, ...]:
@@ -179,7 +200,7 @@ def _row(one: DeliveryRequest) -> tuple[object, ...]:
         one.rank,
         show_time(one.posted),
         show_deadline(one.deadline),
-        one.reason,
+        one.reason or _prospect(one),
     )
 
 
@@ -188,8 +209,12 @@ def _show_details(details: RequestDetails) -> None:
     show_table(("field", "value"), list(zip(COLUMNS, _row(one), strict=True)))
     if details.why:
         emit(f"why: {details.why}")
+    for slot in details.filled:
+        emit(f"{slot.slot}: {slot.value}, {SOURCES[slot.source]}")
     if details.on_tray:
         emit("It is on the robot's tray.")
+    if prospect := _prospect(one):
+        emit(f"{prospect[0].upper()}{prospect[1:]}.")
     if details.steps:
         emit("")
         rows = [(show_time(s.started), s.operator, s.state, s.outcome) for s in details.steps]

@@ -9,10 +9,7 @@ from collections.abc import AsyncIterator
 from rogue.absence import ABSENT
 from rogue.cli._client import ask
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState, ShowRequest
-from tca_bus import (
-    Module,
-    Subscription,
-)
+from tca_bus import Module, Subscription
 
 POLL_SECONDS = 2.0
 """Wall seconds after which a state is asked for that nobody has told of."""
@@ -22,15 +19,15 @@ EXIT_CODES = {RequestState.COMPLETED: 0, RequestState.FAILED: 1, RequestState.CA
 
 
 async def states(module: Module, request_id: str) -> AsyncIterator[DeliveryRequest]:
-    """The request each time that its state is another, until it has ended."""
-    last: RequestState | None = None
+    """The request each time that it stands otherwise, until it has ended."""
+    last: DeliveryRequest | None = None
     async with module.subscribe(RequestChanged) as changes:
-        while last is None or not last.is_final:
+        while last is None or not last.state.is_final:
             request = await _look(module, request_id)
-            if request is not None and request.state is not last:
-                last = request.state
+            if request is not None and request != last:
+                last = request
                 yield request
-            elif last is None or not last.is_final:
+            else:
                 await _change(changes, request_id)
 
 

@@ -122,7 +122,9 @@ async def test_what_could_not_be_brought_away_is_said_to_be_on_the_tray(scene: S
     await scene.end(await scene.begin("return-item"), Facts("r-5303", TRAY), kind="failed")
     ended = await scene.kept()
     assert ended.state is RequestState.CANCELED
-    assert ended.reason == "no need; nobody there; Tom Mitchell's mail delivery is still on the tray"
+    assert (
+        ended.reason == "no need; nobody there; Tom Mitchell's mail delivery is still on the tray"
+    )
 
 
 async def test_a_second_request_for_the_same_does_not_own_what_is_on_the_tray(scene: Scene):
