@@ -17,7 +17,16 @@ from rogue.conversation import Conversation
 from rogue.deadlines import show_time
 from rogue.distances import Distances
 from rogue.episode import Episode, Locations
-from rogue.execution import BusRobot, Endurance, Executor, Patience, StepRunner
+from rogue.execution import (
+    BusRobot,
+    Endurance,
+    Executor,
+    Patience,
+    StepRunner,
+    Verification,
+    as_published,
+    layered,
+)
 from rogue.memory import Store
 from rogue.messages import PlanView, RequestState, ShowPlan
 from rogue.planning import Rules
@@ -35,7 +44,8 @@ class AgentOptions:
     """How the agent works.
 
     ``folder`` is where it keeps what it must not forget; ``directory`` is a file with people and
-    items, None for the one of the package.
+    items, None for the one of the package; ``arrival`` is how arrivals are verified with the
+    working rules, the published ones always ask a person.
     """
 
     folder: Path
@@ -43,6 +53,12 @@ class AgentOptions:
     directory: Path | None = None
     patience: Patience = field(default_factory=Patience)
     endurance: Endurance = field(default_factory=Endurance)
+    arrival: Verification = field(default_factory=layered)
+
+    @property
+    def verification(self) -> Verification:
+        """How arrivals are verified."""
+        return self.arrival if self.rules is Rules.WORKING else as_published()
 
 
 class Agent:
@@ -116,6 +132,7 @@ class Agent:
             robot=self._robot,
             runner=runner,
             patience=self._options.patience,
+            arrival=self._options.verification,
         )
 
     async def _watch_deadlines(self) -> None:

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from rogue.agent import AgentOptions, run_agent
 from rogue.cli._folders import default_folder
+from rogue.execution import SURE, layered
 from rogue.planning import RuleName, Rules
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
@@ -19,6 +21,9 @@ async def agent(
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
     people_directory: Path | None = None,
+    sure: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = SURE,
+    camera: bool = True,
+    ask_people: bool = True,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the ROGUE agent: it accepts requests, plans, and has the robot carry the plans out.
@@ -31,8 +36,21 @@ async def agent(
         Control rules: none, 1996, 1998 as in the papers' examples, or the working ones.
     people_directory
         YAML file with people, items and services instead of the built-in one.
+    sure
+        With the working rules: how probable, between 0 and 1, it must be that the robot is where
+        it should be before it acts on that.
+    camera
+        With the working rules: whether to read door plates.
+    ask_people
+        With the working rules: whether to ask a person where the robot is, if nothing else
+        makes sure. The papers' rules always ask.
     """
     configure_logging("rogue", level=flags.level, json=flags.json)
     folder = data or default_folder(flags.realm)
-    options = AgentOptions(folder=folder, rules=Rules(rules), directory=people_directory)
+    options = AgentOptions(
+        folder=folder,
+        rules=Rules(rules),
+        directory=people_directory,
+        arrival=layered(sure=sure, camera=camera, people=ask_people),
+    )
     await run_agent(options, bus_options(flags))

@@ -6,6 +6,8 @@ from rogue.execution._effects import (
     Believe,
     Effect,
     Locate,
+    Look,
+    Part,
     Pause,
     Perform,
     Procedure,
@@ -13,17 +15,30 @@ from rogue.execution._effects import (
     Tell,
 )
 from rogue.execution._executor import Executor
-from rogue.execution._procedures import Patience, acquire, deliver, go_to
+from rogue.execution._layers import Bystander, DoorPlate, Doubt, Layer, NavigatorBelief
+from rogue.execution._patience import Patience
+from rogue.execution._procedures import acquire, deliver, go_to
 from rogue.execution._robot import BusRobot, Endurance, Robot
 from rogue.execution._steps import StepRunner
+from rogue.execution._verification import SURE, Verification, as_published, layered
+from rogue.execution._whereabouts import Evidence, Whereabouts
 
 __all__ = [
+    "SURE",
     "Believe",
     "BusRobot",
+    "Bystander",
+    "DoorPlate",
+    "Doubt",
     "Effect",
     "Endurance",
+    "Evidence",
     "Executor",
+    "Layer",
     "Locate",
+    "Look",
+    "NavigatorBelief",
+    "Part",
     "Patience",
     "Pause",
     "Perform",
@@ -32,7 +47,11 @@ __all__ = [
     "StepRunner",
     "TaskOfRobot",
     "Tell",
+    "Verification",
+    "Whereabouts",
     "acquire",
+    "as_published",
     "deliver",
     "go_to",
+    "layered",
 ]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import TypeVar
 
 from navigate.messages import NavigateToGoal, SetPosition
 from rogue.outcomes import Outcome, StepOutcome
@@ -36,6 +37,11 @@ class Believe:
 
 
 @dataclass(frozen=True, slots=True)
+class Look:
+    """Have the camera read the door plate."""
+
+
+@dataclass(frozen=True, slots=True)
 class Perform:
     """Have a goal or a command carried out."""
 
@@ -49,7 +55,11 @@ class Pause:
     seconds: float
 
 
-Effect = Tell | Locate | Believe | Perform | Pause
+Effect = Tell | Locate | Believe | Look | Perform | Pause
 
+T = TypeVar("T")
+
+Part = Generator[Effect, Outcome, T]
+"""A part of a procedure that comes to a ``T``."""
 
 Procedure = Generator[Effect, Outcome, StepOutcome]

@@ -8,9 +8,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from rogue.execution._effects import Procedure
-from rogue.execution._procedures import Patience, acquire, deliver, go_to
+from rogue.execution._patience import Patience
+from rogue.execution._procedures import acquire, deliver, go_to
 from rogue.execution._robot import BusRobot
 from rogue.execution._steps import StepRunner
+from rogue.execution._verification import Verification
 from rogue.memory import Facts, Step, Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import StepOutcome
@@ -41,6 +43,7 @@ class Executor:
         robot: BusRobot,
         runner: StepRunner,
         patience: Patience,
+        arrival: Verification,
     ) -> None:
         self._module = module
         self._store = store
@@ -49,6 +52,7 @@ class Executor:
         self._robot = robot
         self._runner = runner
         self._patience = patience
+        self._arrival = arrival
         self._current: tuple[Step, asyncio.Task[StepOutcome]] | None = None
 
     async def execute(
@@ -128,7 +132,7 @@ class Executor:
 
     def _procedure(self, step: Step) -> Procedure:
         if step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
-            return go_to(step.arguments[1], self._patience)
+            return go_to(step.arguments[1], self._patience, self._arrival)
         room, user, item = step.arguments
         phrase = self._directory.phrase(user, item)
         hand_over = acquire if step.operator == ACQUIRE else deliver

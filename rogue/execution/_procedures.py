@@ -6,31 +6,15 @@ The words are those of Figure 6 of Haigh & Veloso (1996); the retries are those 
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from dataclasses import dataclass
-from typing import TypeVar
-
-from navigate.messages import NavigateToGoal, NavigationFailure, Position, RoomLocation, SetPosition
+from navigate.messages import NavigateToGoal, NavigationFailure, RoomLocation, SetPosition
 from rogue import trace
-from rogue.execution._effects import (
-    Believe,
-    Effect,
-    Locate,
-    Pause,
-    Perform,
-    Procedure,
-    Tell,
-)
+from rogue.execution._asking import YES, ask, typed
+from rogue.execution._effects import Locate, Part, Pause, Perform, Procedure, Tell
+from rogue.execution._patience import Patience
+from rogue.execution._verification import Verification
 from rogue.outcomes import NOTHING, Outcome, StepOutcome
-from xavier_sim.messages import Ask, Say, Typed
+from xavier_sim.messages import Ask
 
-T = TypeVar("T")
-Part = Generator[Effect, Outcome, T]
-"""A part of a procedure that comes to a ``T``."""
-
-YES = "y"
-NO_ANSWER = "no_answer"
-AT_KEYBOARD = "Please answer on my keyboard."
 WHEN_FINISHED = "Please indicate on my keyboard when you are finished."
 
 BLOCKED = frozenset(
@@ -43,45 +27,53 @@ BLOCKED = frozenset(
 """Failures of navigation that time may cure."""
 
 
-@dataclass(frozen=True, slots=True)
-class Patience:
-    """How often and how long a procedure tries before it gives up.
-
-    ``pause`` and ``answer_within`` are seconds on the module's clock. A position whose standard
-    deviation is at most ``sure`` metres is believed when nobody is there to ask.
-    """
-
-    asks: int = 3
-    tries: int = 3
-    blocked_tries: int = 5
-    pause: float = 60.0
-    answer_within: float = 60.0
-    sure: float = 0.5
-
-
-def go_to(room: str, patience: Patience) -> Procedure:
+def go_to(room: str, patience: Patience, arrival: Verification) -> Procedure:
     """GOTO-PICKUP-LOC and GOTO-DELIVER-LOC: drive to a room and make sure that it is the one."""
     found: str | None = None
     why = "not tried"
     for _ in range(patience.tries):
         drive = yield from _drive(room, patience)
         if drive.failure in BLOCKED:
-            yield Tell(trace.failed_line("GOTO-LOCATION", room.upper()))
-            yield Tell("")
+            yield from _failed("GOTO-LOCATION", room.upper())
             return StepOutcome(kind="failed", reason=f"cannot get to {room}, {drive.reason}")
-        if not drive.failed and (yield from _is_at(room, patience)):
+        found = yield from _arrived_at(room, drive, patience, arrival)
+        if found == room:
             yield Tell(trace.completed_line("GOTO-LOCATION", room.upper()))
             yield Tell("")
             return StepOutcome(kind="done", room=room)
-        why = drive.reason if drive.failed else "unverified: this is another place"
-        knows = drive.failed and drive.failure != NavigationFailure.LOST
-        found = None if knows else (yield from _relocate(patience))
-    yield Tell(trace.failed_line("GOTO-LOCATION", room.upper()))
-    yield Tell("")
+        why = drive.reason if drive.failed else "unverified: this may be another place"
+    yield from _failed("GOTO-LOCATION", room.upper())
     if found is not None:
         return StepOutcome(kind="elsewhere", room=found, reason=f"the robot is at {found}")
     reason = f"cannot get to {room} in {patience.tries} tries, {why}"
     return StepOutcome(kind="failed", reason=reason)
+
+
+def _arrived_at(
+    room: str, drive: Outcome, patience: Patience, arrival: Verification
+) -> Part[str | None]:
+    """Where the robot stands after a drive; the navigator is told if it is elsewhere."""
+    if not drive.failed:
+        yield Tell(trace.verifying_line(room))
+        found = yield from arrival.place(room, patience)
+    elif drive.failure == NavigationFailure.LOST:
+        found = yield from arrival.place(None, patience)
+    else:
+        return None
+    if found is None or (found == room and not drive.failed):
+        return found
+    position = yield Perform(SetPosition(room=found))
+    if position.failed:
+        yield Tell(trace.remark(position.reason))
+        return None
+    yield Tell(trace.remark(f"The robot is at {found.upper()}."))
+    yield Tell("")
+    return found
+
+
+def _failed(action: str, *arguments: str) -> Part[None]:
+    yield Tell(trace.failed_line(action, *arguments))
+    yield Tell("")
 
 
 def acquire(room: str, user: str, item: str, phrase: str, patience: Patience) -> Procedure:
@@ -138,82 +130,16 @@ def _drive(room: str, patience: Patience) -> Part[Outcome]:
     return outcome
 
 
-def _is_at(room: str, patience: Patience) -> Part[bool]:
-    """Ask whoever is there; if nobody is, believe a navigator that is sure."""
-    yield Tell(trace.verifying_line(room))
-    question = f"Am I really at the door of room {room.upper()}?"
-    ask = Ask(
-        question=f"{question} (y/n)",
-        choices=("y", "n"),
-        about="place",
-        room=room,
-        timeout=patience.answer_within,
-    )
-    answer = yield from _ask((question, AT_KEYBOARD), ask, patience)
-    if not answer.failed:
-        return Typed.model_validate(answer.value).answer == YES
-    belief = yield Believe()
-    if belief.failed:
-        return False
-    position = Position.model_validate(belief.value)
-    sure = position.room == room and position.deviation <= patience.sure
-    judgement = "is sure to be there" if sure else "is not sure to be there"
-    spread = f"within {position.deviation:.2f} m"
-    yield Tell(trace.remark(f"Nobody answered; the navigator {judgement} ({spread})."))
-    return sure
-
-
-def _relocate(patience: Patience) -> Part[str | None]:
-    """Ask where the robot is, and tell the navigator; None when nobody can say."""
-    question = "Which room am I at?"
-    ask = Ask(question=question, about="where", timeout=patience.answer_within)
-    for _ in range(patience.asks):
-        answer = yield from _ask((question, AT_KEYBOARD), ask, patience)
-        if answer.failed:
-            return None
-        room = Typed.model_validate(answer.value).answer.strip().lower()
-        position = yield Perform(SetPosition(room=room))
-        if not position.failed:
-            yield Tell(trace.remark(f"The robot is at {room.upper()}."))
-            yield Tell("")
-            return room
-        yield Tell(trace.remark(position.reason))
-    return None
-
-
 def _hand_over(
     action: str, request: str, question: Ask, phrase: str, patience: Patience
 ) -> Procedure:
-    answer = yield from _ask((request, WHEN_FINISHED), question, patience)
-    if not answer.failed and Typed.model_validate(answer.value).answer == YES:
+    answer = yield from ask((request, WHEN_FINISHED), question, patience)
+    if not answer.failed and typed(answer) == YES:
         yield Tell(trace.completed_line(action, f'"{phrase}"'))
         yield Tell("")
         return StepOutcome(kind="done", room=question.room)
     reason = answer.reason if answer.failed else "impossible: the person there said so"
-    yield Tell(trace.failed_line(action, f'"{phrase}"'))
-    yield Tell("")
+    yield from _failed(action, f'"{phrase}"')
     return StepOutcome(
         kind="failed", room=question.room, reason=f"{action.lower()} at {question.room}, {reason}"
     )
-
-
-def _ask(say: tuple[str, ...], ask: Ask, patience: Patience) -> Part[Outcome]:
-    """Say what is wanted and wait for an answer, again while nobody answers."""
-    answer = NOTHING
-    for _ in range(patience.asks):
-        for sentence in say:
-            yield Tell(trace.say_line(sentence))
-            said = yield Perform(Say(text=sentence))
-            if said.failed:
-                yield Tell(trace.remark(said.reason))
-        yield Tell("")
-        answer = yield Perform(ask)
-        if answer.failure != NO_ANSWER:
-            break
-        yield Tell(trace.prompt_line(ask.question, "(no answer)"))
-    if answer.failed:
-        yield Tell(trace.remark(answer.reason))
-    else:
-        typed = Typed.model_validate(answer.value)
-        yield Tell(trace.prompt_line(ask.question, typed.answer))
-    return answer

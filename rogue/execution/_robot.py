@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 from pydantic import BaseModel
 
 from navigate.messages import Rooms, WhereAmI, WhereIsRoom
-from rogue.execution._effects import Believe, Locate, Pause, TaskOfRobot
+from rogue.execution._effects import Believe, Locate, Look, Pause, TaskOfRobot
 from rogue.outcomes import Outcome
 from tca_bus import (
     BusGoneError,
@@ -27,6 +27,7 @@ from tca_bus import (
     TcaError,
     TimedOutError,
 )
+from xavier_sim.messages import ReadPlate
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +38,9 @@ MODULE_LOST = "module_lost"
 
 HANDLER_WAIT = 5.0
 """Wall seconds that central holds a task back for its handler; then it is submitted again."""
+
+CAMERA_ABSENCE = 2.0
+"""Wall seconds until a camera that does not answer is taken for none."""
 
 _PASSING = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
 
@@ -61,6 +65,9 @@ class Robot(Protocol):
 
     async def believe(self, effect: Believe) -> Outcome:
         """Ask the navigator where it is."""
+
+    async def look(self, effect: Look) -> Outcome:
+        """Read the door plate."""
 
     async def pause(self, effect: Pause) -> Outcome:
         """Wait on the world's clock."""
@@ -94,6 +101,11 @@ class BusRobot:
         """Ask the navigator where it is."""
         del effect
         return await self._ask(lambda: self._module.query(WhereAmI()))
+
+    async def look(self, effect: Look) -> Outcome:
+        """Read the door plate; a robot that has no camera is not waited for."""
+        del effect
+        return await self._ask(lambda: self._module.query(ReadPlate()), CAMERA_ABSENCE)
 
     async def pause(self, effect: Pause) -> Outcome:
         """Wait on the world's clock."""
@@ -143,9 +155,11 @@ class BusRobot:
             return await self._module.expand(message, id=task_id, wait_for_handler=HANDLER_WAIT)
         return await self._module.execute(message, id=task_id, wait_for_handler=HANDLER_WAIT)
 
-    async def _ask(self, query: Callable[[], Awaitable[BaseModel]]) -> Outcome:
+    async def _ask(
+        self, query: Callable[[], Awaitable[BaseModel]], patience: float | None = None
+    ) -> Outcome:
         try:
-            return Outcome(value=_plain(await self._persist(query)))
+            return Outcome(value=_plain(await self._persist(query, patience)))
         except HandlerFailedError as error:
             return Outcome(failure=error.failure.name, text=error.failure.text)
         except TcaError as error:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 
-from rogue.execution._effects import Believe, Effect, Locate, Pause, Procedure, Tell
+from rogue.execution._effects import Believe, Effect, Locate, Look, Pause, Procedure, Tell
 from rogue.execution._robot import Robot
 from rogue.memory import Step, Store
 from rogue.outcomes import NOTHING, Outcome, StepOutcome
@@ -57,6 +57,8 @@ class StepRunner:
                 return await self._robot.locate(effect)
             case Believe():
                 return await self._robot.believe(effect)
+            case Look():
+                return await self._robot.look(effect)
             case Pause():
                 return await self._robot.pause(effect)
             case Tell():

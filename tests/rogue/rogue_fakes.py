@@ -7,7 +7,17 @@ from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 
 from navigate.messages import NavigateToGoal, SetPosition
-from rogue.execution import Believe, Effect, Locate, Pause, Perform, Procedure, TaskOfRobot, Tell
+from rogue.execution import (
+    Believe,
+    Effect,
+    Locate,
+    Look,
+    Pause,
+    Perform,
+    Procedure,
+    TaskOfRobot,
+    Tell,
+)
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome, StepOutcome
 from tca_bus import Broadcast, Message, NoHandlerError
@@ -28,18 +38,27 @@ def failed(name: str) -> Outcome:
     return Outcome(failure=name, text=f"it was {name}")
 
 
-def position(room: str | None, deviation: float) -> Outcome:
-    zero = {"x": 0.0, "y": 0.0, "theta": 0.0, "heading_deviation": 0.0, "time": 0.0}
-    return Outcome(value={**zero, "deviation": deviation, "room": room})
+def position(room: str | None, confidence: float = 0.0) -> Outcome:
+    names = ("x", "y", "theta", "deviation", "heading_deviation", "time")
+    return Outcome(value={**dict.fromkeys(names, 0.0), "room": room, "confidence": confidence})
+
+
+def plate(room: str | None, confidence: float = 0.95) -> Outcome:
+    return Outcome(value={"text": room, "confidence": confidence, "time": 0.0})
 
 
 @dataclass
 class ScriptedRobot:
-    """Drives succeed and people say yes, but for what the scripts hold, first come first used."""
+    """Drives succeed and people say yes, but for what the scripts hold, first come first used.
+
+    The navigator believes in the room of its last drive unless ``belief`` says otherwise.
+    """
 
     drives: list[Outcome] = field(default_factory=list)
     answers: list[Outcome] = field(default_factory=list)
-    belief: Outcome = field(default_factory=lambda: position(None, 9.0))
+    belief: Outcome | None = None
+    arrived: str | None = None
+    plates: list[Outcome] = field(default_factory=list)
     performed: list[TaskOfRobot] = field(default_factory=list)
     ids: list[str] = field(default_factory=list)
     pauses: list[float] = field(default_factory=list)
@@ -49,11 +68,15 @@ class ScriptedRobot:
     def outcome(self, effect: Effect) -> Outcome:
         """What comes of an effect."""
         match effect:
+            case Locate(room) if room not in PLACES:
+                return failed("unknown_room")
             case Locate(room):
                 x, y = PLACES[room]
                 return Outcome(value={"room": room, "x": x, "y": y})
             case Believe():
-                return self.belief
+                return self.belief or position(self.arrived, 0.99)
+            case Look():
+                return self.plates.pop(0) if self.plates else failed("no_handler")
             case Pause(seconds):
                 self.pauses.append(seconds)
                 return Outcome()
@@ -71,8 +94,11 @@ class ScriptedRobot:
                 return self.answers.pop(0) if self.answers else typed("y")
             case SetPosition(room=room) if room not in PLACES:
                 return failed("unknown_room")
-            case NavigateToGoal():
-                return self.drives.pop(0) if self.drives else Outcome()
+            case NavigateToGoal(x=x, y=y):
+                drive = self.drives.pop(0) if self.drives else Outcome()
+                if not drive.failed:
+                    self.arrived = next(r for r, place in PLACES.items() if place == (x, y))
+                return drive
         return Outcome()
 
     def count(self, kind: type[TaskOfRobot]) -> int:
@@ -83,6 +109,9 @@ class ScriptedRobot:
         return self.outcome(effect)
 
     async def believe(self, effect: Believe) -> Outcome:
+        return self.outcome(effect)
+
+    async def look(self, effect: Look) -> Outcome:
         return self.outcome(effect)
 
     async def pause(self, effect: Pause) -> Outcome:

@@ -15,7 +15,7 @@ from rogue import trace
 from rogue.conversation import Conversation
 from rogue.distances import Distances
 from rogue.episode import Episode
-from rogue.execution import Executor, Patience, StepRunner, TaskOfRobot
+from rogue.execution import Executor, Patience, StepRunner, TaskOfRobot, as_published
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome
@@ -74,6 +74,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
             robot=robot,
             runner=StepRunner(robot, store, "cafe", conversation.tell_step),
             patience=Patience(),
+            arrival=as_published(),
         )
         book.on_change = executor.requests_changed
 

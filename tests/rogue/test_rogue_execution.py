@@ -10,7 +10,7 @@ from rogue_fakes import FakeModule, HangingRobot, ScriptedRobot, failed, make_re
 
 from navigate.messages import NavigateToGoal
 from rogue.conversation import Conversation
-from rogue.execution import Executor, Patience, StepRunner
+from rogue.execution import Executor, Patience, StepRunner, as_published
 from rogue.memory import Facts, Store
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
 from rogue.outcomes import StepOutcome
@@ -50,6 +50,7 @@ async def scene(store: Store, robot: ScriptedRobot | None = None) -> Scene:
         robot=robot,
         runner=runner,
         patience=Patience(),
+        arrival=as_published(),
     )
     book.on_change = executor.requests_changed
     await book.load()

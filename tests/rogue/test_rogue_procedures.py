@@ -4,11 +4,12 @@ import pytest
 from rogue_fakes import NO_ANSWER, ScriptedRobot, failed, play, position, typed
 
 from navigate.messages import NavigateToGoal, SetPosition
-from rogue.execution import Patience, acquire, deliver, go_to
+from rogue.execution import Patience, acquire, as_published, deliver, go_to
 from rogue.trace import say_line
 from xavier_sim.messages import Ask, Say
 
 PATIENCE = Patience()
+ASKING = as_published()
 MAIL = "Tom Mitchell's mail delivery"
 
 GOTO_LINES = """\
@@ -27,14 +28,14 @@ Am I really at the door of room R-5303? (y/n): y
 
 def test_goto_prints_what_figure_6_prints():
     robot = ScriptedRobot()
-    outcome, lines = play(go_to("r-5303", PATIENCE), robot.outcome)
+    outcome, lines = play(go_to("r-5303", PATIENCE, ASKING), robot.outcome)
     assert "\n".join(lines) == GOTO_LINES
     assert (outcome.kind, outcome.room) == ("done", "r-5303")
 
 
 def test_a_wrong_arrival_is_told_the_navigator_and_driven_again():
     robot = ScriptedRobot(answers=[typed("n"), typed("R-5305"), typed("y")])
-    outcome, lines = play(go_to("r-5303", PATIENCE), robot.outcome)
+    outcome, lines = play(go_to("r-5303", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "done"
     assert SetPosition(room="r-5305") in robot.performed
     assert robot.count(NavigateToGoal) == 2
@@ -43,24 +44,24 @@ def test_a_wrong_arrival_is_told_the_navigator_and_driven_again():
 
 def test_after_three_wrong_arrivals_the_planner_learns_the_true_room():
     robot = ScriptedRobot(answers=[typed("n"), typed("r-5305")] * 3)
-    outcome, _ = play(go_to("r-5303", PATIENCE), robot.outcome)
+    outcome, _ = play(go_to("r-5303", PATIENCE, ASKING), robot.outcome)
     assert (outcome.kind, outcome.room) == ("elsewhere", "r-5305")
     assert robot.count(NavigateToGoal) == 3
 
 
 def test_a_room_that_nobody_knows_is_asked_for_again():
     robot = ScriptedRobot(answers=[typed("n"), typed("the loo"), typed("r-5305"), typed("y")])
-    outcome, _ = play(go_to("r-5303", PATIENCE), robot.outcome)
+    outcome, _ = play(go_to("r-5303", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "done"
 
 
 @pytest.mark.parametrize(
-    ("room", "deviation", "kind"),
-    [("r-5303", 0.2, "done"), ("r-5303", 3.0, "failed"), ("r-5305", 0.2, "failed")],
+    ("room", "confidence", "kind"),
+    [("r-5303", 0.99, "done"), ("r-5303", 0.5, "failed"), (None, 0.0, "failed")],
 )
-def test_with_nobody_there_a_navigator_that_is_sure_is_believed(room, deviation, kind):
-    robot = ScriptedRobot(answers=[NO_ANSWER] * 99, belief=position(room, deviation))
-    outcome, _ = play(go_to("r-5303", PATIENCE), robot.outcome)
+def test_with_nobody_there_a_navigator_that_is_sure_is_believed(room, confidence, kind):
+    robot = ScriptedRobot(answers=[NO_ANSWER] * 99, belief=position(room, confidence))
+    outcome, _ = play(go_to("r-5303", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == kind
     if kind == "done":
         assert robot.count(Ask) == PATIENCE.asks
@@ -68,7 +69,7 @@ def test_with_nobody_there_a_navigator_that_is_sure_is_believed(room, deviation,
 
 def test_a_door_that_is_opened_in_time_lets_it_pass():
     robot = ScriptedRobot(drives=[failed("door_blocked"), failed("door_blocked")])
-    outcome, lines = play(go_to("r-5313", PATIENCE), robot.outcome)
+    outcome, lines = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "done"
     assert robot.pauses == [PATIENCE.pause] * 2
     assert lines.count("          Action NAVIGATE-TO-GOAL-FAILED finished.") == 2
@@ -77,7 +78,7 @@ def test_a_door_that_is_opened_in_time_lets_it_pass():
 @pytest.mark.parametrize("reason", ["door_blocked", "corridor_blocked", "no_route"])
 def test_a_way_that_stays_blocked_is_the_reason(reason):
     robot = ScriptedRobot(drives=[failed(reason)] * 99)
-    outcome, _ = play(go_to("r-5313", PATIENCE), robot.outcome)
+    outcome, _ = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "failed"
     assert outcome.reason is not None
     assert f"cannot get to r-5313, {reason}" in outcome.reason
@@ -87,14 +88,14 @@ def test_a_way_that_stays_blocked_is_the_reason(reason):
 
 def test_a_lost_robot_asks_where_it_is():
     robot = ScriptedRobot(drives=[failed("lost")], answers=[typed("r-5305"), typed("y")])
-    outcome, _ = play(go_to("r-5313", PATIENCE), robot.outcome)
+    outcome, _ = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "done"
     assert [m.about for m in robot.performed if isinstance(m, Ask)] == ["where", "place"]
 
 
 def test_a_drive_that_failed_where_the_navigator_knows_its_place_is_driven_again():
     robot = ScriptedRobot(drives=[failed("bump")], answers=[typed("y")])
-    outcome, _ = play(go_to("r-5313", PATIENCE), robot.outcome)
+    outcome, _ = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "done"
     assert [m.about for m in robot.performed if isinstance(m, Ask)] == ["place"]
 
