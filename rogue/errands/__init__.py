@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from rogue.errands._office import (
-    Distance,
     Errand,
     ErrandRooms,
     Switches,
@@ -20,12 +19,24 @@ from rogue.errands._office import (
     robot_room,
     working,
 )
+from rogue.errands._tour import Distance, OpenErrand, Stop, Tour, Travel, TravelError
+from rogue.errands._tour_exact import EXACT_UP_TO
+from rogue.errands._touring import Promise, RunningTour, best_tour, promise
 
 __all__ = [
+    "EXACT_UP_TO",
     "Distance",
     "Errand",
     "ErrandRooms",
+    "OpenErrand",
+    "Promise",
+    "RunningTour",
+    "Stop",
     "Switches",
+    "Tour",
+    "Travel",
+    "TravelError",
+    "best_tour",
     "errand_rooms_rule",
     "example1998",
     "figure6",
@@ -36,6 +47,7 @@ __all__ = [
     "load_office_problem",
     "nearest_room_rule",
     "no_premature_goto_rule",
+    "promise",
     "robot_room",
     "working",
 ]

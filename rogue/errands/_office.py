@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from importlib import resources
 from typing import NamedTuple
 
+from rogue.errands._tour import Distance
 from rogue.prodigy import (
     Action,
     Candidate,
@@ -24,9 +25,6 @@ from rogue.prodigy import (
     parse_domain,
     parse_problem,
 )
-
-Distance = Callable[[str, str], float]
-"""Metres of the route from one room to another."""
 
 ErrandRooms = Callable[[str, str], tuple[str, str] | None]
 """Rooms (pickup, deliver) of the errand of a user and item; None where it is not known."""
