@@ -25,6 +25,7 @@ from rogue.prodigy._events import (
     Executed,
     Failed,
     Finished,
+    Found,
     NodeKind,
     NodeView,
     Poll,
@@ -35,14 +36,14 @@ from rogue.prodigy._events import (
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._load import load_domain, load_problem
 from rogue.prodigy._meta_predicates import MetaPredicate
-from rogue.prodigy._options import Mode, PollPoint, SearchOptions
+from rogue.prodigy._options import Mode, PollPoint, SearchOptions, Solutions
 from rogue.prodigy._parse_domain import parse_domain
 from rogue.prodigy._parse_problem import parse_literal, parse_problem
 from rogue.prodigy._problem import Problem
 from rogue.prodigy._render import render_tree
-from rogue.prodigy._result import SearchResult, Status
+from rogue.prodigy._result import Limit, LimitKind, SearchResult, Status, Stop
 from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule, RuleSet
-from rogue.prodigy._search import Search
+from rogue.prodigy._search import Handler, Search
 from rogue.prodigy._snapshot import NodeState, SnapshotNode, TreeSnapshot
 from rogue.prodigy._solve import solve
 from rogue.prodigy._state import State
@@ -65,10 +66,14 @@ __all__ = [
     "Executed",
     "Failed",
     "Finished",
+    "Found",
     "FunctionError",
+    "Handler",
     "InferenceMode",
     "InferenceRule",
     "Instance",
+    "Limit",
+    "LimitKind",
     "Literal",
     "LiteralError",
     "MetaPredicate",
@@ -96,9 +101,11 @@ __all__ = [
     "SearchView",
     "SequenceError",
     "SnapshotNode",
+    "Solutions",
     "State",
     "Status",
     "StepView",
+    "Stop",
     "TreeSnapshot",
     "UnknownNameError",
     "Value",

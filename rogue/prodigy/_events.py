@@ -15,6 +15,7 @@ class NodeKind(StrEnum):
     GOAL = "goal"
     OPERATOR = "operator"
     BINDING = "binding"
+    PROTECTION = "protection"
     APPLIED = "applied-op"
 
 
@@ -119,10 +120,11 @@ class Announced:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """A node failed; ``reason`` is PRODIGY's words for it."""
+    """A node failed; ``reason`` is PRODIGY's words for it, ``line`` its trace line with them."""
 
     node: NodeView
     reason: str
+    line: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +158,14 @@ class Poll:
 
 
 @dataclass(frozen=True, slots=True)
+class Found:
+    """A search for several solutions found one, its ``number`` from 1; it goes on."""
+
+    plan: tuple[StepView, ...]
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
 class Rerooted:
     """What was left after the last execution is exhausted: the search starts anew from there."""
 
@@ -170,4 +180,4 @@ class Finished:
     result: SearchResult
 
 
-Event = Decided | Announced | Failed | Execute | Executed | Poll | Rerooted | Finished
+Event = Decided | Announced | Failed | Execute | Executed | Poll | Found | Rerooted | Finished

@@ -1,6 +1,8 @@
-"""Goal loops and state loops."""
+"""Goal loops."""
 
 from __future__ import annotations
+
+from immutables import Map
 
 from rogue.prodigy._grounding import World
 from rogue.prodigy._instances import regressed
@@ -27,25 +29,29 @@ def looping_ancestor(node: Node, literal: Literal) -> Node | None:
     return _goals_above(node.goal_node).get(literal) if node.goal_node else None
 
 
-def _goals_above(goal_node: Node) -> dict[Literal, Node]:
-    """Return the goals on every path from ``goal_node`` to (done), itself included."""
-    assert goal_node.goal is not None
-    shared: dict[Literal, Node] | None = None
-    for consumer in goal_node.needed_by:
-        if consumer.goal_node is None:
+def _goals_above(goal_node: Node) -> Map[Literal, Node]:
+    """Return the goals on every path from ``goal_node`` to (done), itself included.
+
+    Each goal node keeps its answer: nothing of it changes once the node is made.
+    """
+    agenda = [goal_node]
+    while agenda:
+        node = agenda[-1]
+        above = [c.goal_node for c in node.needed_by if c.goal_node is not None]
+        missing = [n for n in above if n.goals_above is None]
+        if missing and node.goals_above is None:
+            agenda.extend(missing)
             continue
-        above = _goals_above(consumer.goal_node)
-        shared = above if shared is None else {g: n for g, n in shared.items() if g in above}
-    return {**(shared or {}), goal_node.goal: goal_node}
+        agenda.pop()
+        if node.goals_above is None and node.goal is not None:
+            known = [n.goals_above for n in above if n.goals_above is not None]
+            node.goals_above = _on_all(known).set(node.goal, node)
+    assert goal_node.goals_above is not None
+    return goal_node.goals_above
 
 
-def repeats_state(applied: Node) -> bool:
-    """Say whether an applied node leads to a state in which the path already was."""
-    node = applied.parent
-    while node is not None:
-        if node.situation.state == applied.situation.state:
-            return True
-        while node.parent is not None and node.situation.state is node.parent.situation.state:
-            node = node.parent
-        node = node.parent
-    return False
+def _on_all(paths: list[Map[Literal, Node]]) -> Map[Literal, Node]:
+    if len(paths) == 1:
+        return paths[0]
+    first, *others = sorted(paths, key=len) or [Map()]
+    return Map({goal: node for goal, node in first.items() if all(goal in o for o in others)})

@@ -1,32 +1,17 @@
-"""Nodes of the search tree, and the situation that each stands in."""
+"""Nodes of the search tree."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+from immutables import Map
 
 from rogue.prodigy._domain import Operator
 from rogue.prodigy._events import NodeKind, NodeView, StepView
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import FINISH
-from rogue.prodigy._state import State
+from rogue.prodigy._situation import Situation
 from rogue.prodigy._terms import Literal
-
-
-@dataclass(frozen=True, slots=True)
-class Situation:
-    """What is so at a node; never changed in place, so backtracking needs no undoing.
-
-    Attributes:
-        state: The simulated world.
-        expanded: Goals being worked on, with the goal node of each. A literal leaves it when its
-            truth changes.
-        tail: Binding nodes chosen and not yet applied, oldest first; the first is *finish*.
-    """
-
-    state: State
-    expanded: Mapping[Literal, Node]
-    tail: tuple[Node, ...]
 
 
 @dataclass(slots=True, eq=False)
@@ -40,6 +25,7 @@ class Node:
         depth: In the search tree, from 1.
         level: In the goal tree, from 0.
         situation: What is so after this node.
+        before: For applied nodes, the same before its changes, with its operator taken out.
         goal: The goal of a goal node, or the one that an operator serves.
         operator: Set for all but goal nodes and roots.
         instance: Set for binding and applied nodes.
@@ -52,6 +38,9 @@ class Node:
         tried: Goals and binding nodes already taken at a binding or applied node.
         only_apply: The other goals here were given up, as SABA does.
         structural: It failed for reasons that no other order of steps changes.
+        steps: How many operators were applied down to here.
+        is_unsettled: Whether something is left to try here was not looked at yet.
+        goals_above: For goal nodes, the goals on every path up to (done), once they were asked for.
         decided_by: The rule, or the default, that chose it.
     """
 
@@ -79,6 +68,10 @@ class Node:
     executed: bool = False
     failure: str = ""
     decided_by: str = ""
+    before: Situation | None = None
+    steps: int = 0
+    is_unsettled: bool = False
+    goals_above: Map[Literal, Node] | None = None
 
     def text(self) -> str:
         """Return what is printed behind the number."""
@@ -92,6 +85,14 @@ class Node:
     def is_finish(self) -> bool:
         """Say whether this is a binding of *finish*."""
         return self.instance is not None and self.instance.name == FINISH
+
+    def is_root(self) -> bool:
+        """Say whether this is the applied operator of nothing at which a search starts."""
+        return self.kind is NodeKind.APPLIED and self.instance is None
+
+    def is_step(self) -> bool:
+        """Say whether an operator was applied here."""
+        return self.kind is NodeKind.APPLIED and self.instance is not None
 
     def view(self) -> NodeView:
         """Return the node as a frozen value."""

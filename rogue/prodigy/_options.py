@@ -29,6 +29,19 @@ class PollPoint(StrEnum):
     """
 
 
+class Solutions(StrEnum):
+    """How many solutions are searched for."""
+
+    ONE = "one"
+    """The first."""
+    ALL = "all"
+    """Every one that the search comes to, the same plan also twice if in two ways."""
+    DIFFERENT = "different"
+    """Every plan once."""
+    SHORTER = "shorter"
+    """Only plans of fewer steps than all before."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchOptions:
     """Switches and limits of one search.
@@ -38,8 +51,19 @@ class SearchOptions:
         execute: Ask the caller to execute each operator when its node is visited.
         poll: Where requests that arrived during an execution enter.
         level: What is traced: 0 nothing, 1 the plan, 2 nodes, 3 nodes and rules.
+        solutions: Which solutions are searched for; one only where plans are executed.
+        min_conspiracy_number: Try the bindings with the fewest false preconditions first.
+        use_abs_level: Try goals of a higher abstraction level first; the levels come from the
+            domain by themselves.
+        excise_loops: Close what cannot succeed because something below failed whatever the order
+            of steps.
+        protection: Where nothing else is left, keep a conditional effect from undoing what is
+            needed by making its condition false first.
         depth_bound: Deepest node that may be expanded; None for no bound.
         max_nodes: Most nodes that may be made; None for no bound.
+        max_held: Most nodes, trace lines and decisions held in memory. What was executed long
+            ago is let go first; a search that needs more than that gives up.
+        max_bindings: Most ways to bind one operator for one goal.
         time_limit: Seconds on ``clock``; None for no bound.
         proof_states: Most states looked at to prove a problem unsolvable.
         clock: Monotonic seconds.
@@ -49,8 +73,15 @@ class SearchOptions:
     execute: bool = False
     poll: PollPoint = PollPoint.END_OF_CYCLE
     level: int = 2
+    solutions: Solutions = Solutions.ONE
+    min_conspiracy_number: bool = True
+    use_abs_level: bool = True
+    excise_loops: bool = True
+    protection: bool = False
     depth_bound: int | None = 200
     max_nodes: int | None = 20_000
+    max_held: int = 200_000
+    max_bindings: int = 50_000
     time_limit: float | None = 60.0
     proof_states: int = 20_000
     clock: Callable[[], float] = time.monotonic

@@ -7,7 +7,6 @@ from rogue.prodigy._events import NodeKind
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._nodes import Node
 from rogue.prodigy._state import State
-from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._types import Objects, TypeSpec
 
@@ -15,10 +14,10 @@ from rogue.prodigy._types import Objects, TypeSpec
 class RunningView:
     """A ``SearchView`` of the node being expanded."""
 
-    def __init__(self, node: Node, tail: Tail, objects: Objects) -> None:
+    def __init__(self, node: Node, objects: Objects) -> None:
         self._node = node
         self._objects = objects
-        self._tail = tail
+        self._tail = node.situation.view
 
     @property
     def state(self) -> State:
@@ -60,7 +59,8 @@ class RunningView:
 
     def expanded_goals(self) -> tuple[Literal, ...]:
         """Return the goals being worked on, oldest first."""
-        return tuple(self._node.situation.expanded)
+        expanded = self._node.situation.expanded
+        return tuple(sorted(expanded, key=lambda goal: expanded[goal].number))
 
     def goals(self) -> tuple[Literal, ...]:
         """Return the goals of the problem now."""
@@ -72,4 +72,5 @@ class RunningView:
 
     def tail(self) -> tuple[Instance, ...]:
         """Return the chosen and not yet applied operators of this path, oldest first."""
-        return tuple(n.instance for n in self._node.situation.tail if n.instance)
+        tail = self._node.situation.tail
+        return tuple(n.instance for _, n in sorted(tail.items()) if n.instance)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from rogue.prodigy._engine import Engine
 from rogue.prodigy._errors import SequenceError, UnknownNameError
 from rogue.prodigy._events import Decided, Event, NodeView, StepView
 from rogue.prodigy._options import SearchOptions
 from rogue.prodigy._problem import Problem, check_literal
-from rogue.prodigy._result import SearchResult
+from rogue.prodigy._result import SearchResult, Stop
 from rogue.prodigy._rules import RuleSet
 from rogue.prodigy._snapshot import TreeSnapshot, take_snapshot
 from rogue.prodigy._state import State
-from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._types import Objects
+
+Handler = Callable[["Search", object], Stop | None]
+"""Called with the search and the data of a signal; may return a ``Stop`` to end the search."""
 
 
 class Search:
@@ -138,12 +140,31 @@ class Search:
         """Add an object of type ``kind``; takes effect at once. UnknownNameError for the type."""
         self._engine.tree.objects = self._engine.tree.objects.with_object(name, kind)
 
-    def stop(self, reason: str = "stopped by the caller") -> None:
+    def define_handler(self, condition: str, handler: Handler) -> None:
+        """Run ``handler(search, data)`` at the poll after each signal of ``condition``.
+
+        Handlers of "always" run at every poll, once a cycle; "start-run" and "achieve" are
+        signalled by the search itself. A handler may change goals, objects and facts, give
+        signals, and return a ``Stop`` to end the search. The polls are those of
+        ``SearchOptions.poll``; handlers run before the ``Poll`` event.
+        """
+        self._engine.handlers.define(condition, lambda data: handler(self, data))
+
+    def signal(self, condition: str, data: object = None) -> None:
+        """Let the handlers of ``condition`` run at the next poll, with ``data``.
+
+        Raises:
+            UnknownNameError: If no handler was ever defined for it.
+            OverflowError: If ten thousand signals wait already.
+        """
+        self._engine.handlers.signal(condition, data)
+
+    def stop(self, reason: str = "stopped by the caller", *, by: str = "the caller") -> None:
         """End the search at the next step with status ``stopped``.
 
         An action that is executing needs no outcome then.
         """
-        self._engine.stopped = reason
+        self._engine.stopped = Stop(reason, by)
         self._engine.awaiting = None
 
     def _checked(self, literals: Iterable[Literal]) -> tuple[Literal, ...]:
@@ -184,32 +205,30 @@ class Search:
 
     def pending_goals(self) -> tuple[Literal, ...]:
         """Return PG: goals needed, false, and not yet worked on; newest operator's first."""
-        tail = self._tail()
-        return tuple(tail.pending()) if tail else ()
+        return tuple(self._engine.current().view.pending())
 
     def applicable_operators(self) -> tuple[StepView, ...]:
         """Return Applicable-Ops: by top-level goal in order of arrival, then newest first."""
-        tail = self._tail()
-        return tuple(n.step() for n in tail.by_top_level_goal(tail.ready())) if tail else ()
+        tail = self._engine.current().view
+        return tuple(node.step() for node in tail.by_top_level_goal(tail.ready()))
 
     def executed_operators(self) -> tuple[StepView, ...]:
-        """Return Executed-Ops in order; without execution, the operators applied on this path."""
+        """Return Executed-Ops in order; without execution, the operators applied on this path.
+
+        Of a search that executes for long, only the newest ``max_held``.
+        """
         return self._engine.plan()
 
     def pending_operators(self) -> tuple[StepView, ...]:
         """Return the chosen operators that are still to be applied, oldest first."""
-        return tuple(n.step() for n in self._engine.current().tail if not n.is_finish())
+        tail = self._engine.current().tail
+        return tuple(n.step() for _, n in sorted(tail.items()) if not n.is_finish())
 
     def nodes(self) -> tuple[NodeView, ...]:
-        """Return all nodes made so far, by number."""
-        return tuple(node.view() for node in self._engine.tree.nodes)
+        """Return the nodes held, by number: all made so far, unless old history was let go."""
+        return tuple(node.view() for node in self._engine.tree.nodes.values())
 
     def snapshot(self) -> TreeSnapshot:
         """Return the search tree as it stands, for drawing; at any time, also while it runs."""
         tree = self._engine.tree
-        current = tree.open[-1] if tree.open else tree.barrier
-        return take_snapshot(tree.nodes, current, tree.barrier)
-
-    def _tail(self) -> Tail | None:
-        situation = self._engine.current()
-        return Tail(situation, self._engine.tree.needs) if situation.tail else None
+        return take_snapshot(tree.nodes.values(), tree.at, tree.barrier)

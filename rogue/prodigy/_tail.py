@@ -6,91 +6,144 @@ goal holds already, or whose every consumer was applied or dropped, dangles and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from rogue.prodigy._instance import Instance
-from rogue.prodigy._nodes import Node, Situation
 from rogue.prodigy._terms import Literal
 
-Needs = Callable[[Node], tuple[Literal, ...]]
-"""Preconditions of a binding node; those of *finish* change while the search runs."""
+if TYPE_CHECKING:
+    from rogue.prodigy._nodes import Node
+    from rogue.prodigy._situation import Situation
 
 
 class Tail:
-    """Answers about one situation; made once per expansion."""
+    """Answers about one situation, each worked out once."""
 
-    def __init__(self, situation: Situation, needs: Needs) -> None:
+    def __init__(self, situation: Situation) -> None:
         self._situation = situation
-        self._needs = needs
-        self._servers = {node.goal_node: node for node in situation.tail}
-        self.finish = situation.tail[0] if situation.tail else None
-        self._live = self._reachable(situation.tail[:1])
+        self._live: set[Node] = set()
+        self._dangling: set[Node] = set()
+        self._orders: dict[Node, dict[Literal, int]] = {}
 
-    def _server(self, goal: Literal) -> Node | None:
-        goal_node = self._situation.expanded.get(goal)
-        return self._servers.get(goal_node) if goal_node else None
+    @property
+    def finish(self) -> Node | None:
+        """The node of *finish*."""
+        return self._situation.finish
 
-    def _reachable(self, start: Iterable[Node]) -> dict[Node, None]:
-        found: dict[Node, None] = dict.fromkeys(start)
-        agenda = list(found)
+    def _waiting_for(self, node: Node) -> tuple[Node, ...]:
+        """Return the operators that need the goal of ``node`` while that is false."""
+        situation, goal = self._situation, node.goal
+        if goal is None or situation.expanded.get(goal) is not node.goal_node:
+            return ()
+        return situation.needed.get(goal, ())
+
+    def is_live(self, node: Node) -> bool:
+        """Say whether a chain of false goals leads from *finish* to ``node``."""
+        came_from: dict[Node, Node | None] = {node: None}
+        agenda = [node]
         while agenda:
-            for goal in self.lacking(agenda.pop()):
-                server = self._server(goal)
-                if server is not None and server not in found:
-                    found[server] = None
-                    agenda.append(server)
-        return found
-
-    def lacking(self, node: Node) -> tuple[Literal, ...]:
-        """Return the preconditions of a binding node that are false."""
-        holds = self._situation.state.holds
-        return tuple(p for p in self._needs(node) if not holds(p))
+            at = agenda.pop()
+            if at is self.finish or at in self._live:
+                self._live.update(_chain(at, came_from))
+                return True
+            for consumer in self._waiting_for(at):
+                if consumer not in came_from and consumer not in self._dangling:
+                    came_from[consumer] = at
+                    agenda.append(consumer)
+        self._dangling.update(came_from)
+        return False
 
     def goals(self) -> tuple[Literal, ...]:
         """Return the goals of the problem."""
-        return self._needs(self.finish) if self.finish else ()
+        return self._situation.needs(self.finish) if self.finish is not None else ()
 
-    def live(self) -> list[Node]:
-        """Return the operators that matter, *finish* included, newest first."""
-        return sorted(self._live, key=lambda node: -node.number)
+    @cached_property
+    def newest(self) -> Node | None:
+        """The newest operator that matters, *finish* left out."""
+        tail = self._situation.tail
+        for number in sorted(tail, reverse=True):
+            node = tail[number]
+            if node is not self.finish and self.is_live(node):
+                return node
+        return None
 
-    def pending(self) -> dict[Literal, list[Node]]:
+    def pending(self) -> dict[Literal, tuple[Node, ...]]:
         """Return the pending goals, those of the newest operator first, with who needs each."""
-        goals: dict[Literal, list[Node]] = {}
-        for node in self.live():
-            for goal in self.lacking(node):
-                if goal not in self._situation.expanded:
-                    goals.setdefault(goal, []).append(node)
-        return goals
+        return dict(self._pending)
+
+    @cached_property
+    def _pending(self) -> dict[Literal, tuple[Node, ...]]:
+        found: list[tuple[int, int, Literal, tuple[Node, ...]]] = []
+        for goal in self._situation.wanted:
+            consumers = self.consumers(goal)
+            if consumers:
+                first = consumers[0]
+                found.append((-first.number, self._place(first, goal), goal, consumers))
+        found.sort(key=lambda entry: entry[:2])
+        return {goal: consumers for _, _, goal, consumers in found}
+
+    def _place(self, node: Node, goal: Literal) -> int:
+        """Return which of the needs of ``node`` a goal is, from 0."""
+        order = self._orders.get(node)
+        if order is None:
+            needs = self._situation.needs(node)
+            order = self._orders[node] = {literal: at for at, literal in enumerate(needs)}
+        return order[goal]
 
     def ready(self) -> list[Node]:
         """Return the operators whose preconditions hold, newest first, *finish* left out."""
-        return [n for n in self.live() if n is not self.finish and not self.lacking(n)]
+        return list(self._ready)
 
-    def consumers(self, goal: Literal) -> list[Node]:
+    @cached_property
+    def _ready(self) -> list[Node]:
+        free = [n for n in self._situation.free.values() if n is not self.finish]
+        return sorted(filter(self.is_live, free), key=lambda node: -node.number)
+
+    def consumers(self, goal: Literal) -> tuple[Node, ...]:
         """Return the operators that matter and need ``goal``, newest first."""
-        return [n for n in self.live() if goal in self._needs(n)]
+        return tuple(filter(self.is_live, self._situation.needed.get(goal, ())))
 
     def top_level_goals(self, candidate: Literal | Instance) -> list[Literal]:
         """Return the goals of the problem from which a chain of false goals leads here."""
-        reached: list[Literal] = []
-        for goal in self.lacking(self.finish) if self.finish else ():
-            server = self._server(goal)
-            below = self._reachable([server]) if server else {}
-            if candidate == goal or any(self._is_at(node, candidate) for node in below):
-                reached.append(goal)
-        return reached
-
-    def _is_at(self, node: Node, candidate: Literal | Instance) -> bool:
+        if self.finish is None:
+            return []
         if isinstance(candidate, Instance):
-            return node.instance is candidate or node.number == candidate.node
-        return candidate in self._needs(node)
+            node = self._situation.tail.get(candidate.node)
+            return self._goals_above([node] if node is not None else [])
+        above = {candidate, *self._goals_above(self._situation.needed.get(candidate, ()))}
+        return [goal for goal in self._lacking_goals if goal in above]
+
+    @cached_property
+    def _lacking_goals(self) -> dict[Literal, int]:
+        lacking = self._situation.lacks(self.finish) if self.finish is not None else ()
+        return {goal: at for at, goal in enumerate(lacking)}
+
+    def _goals_above(self, start: Iterable[Node]) -> list[Literal]:
+        seen = set(start)
+        agenda, reached = list(seen), set[Literal]()
+        while agenda:
+            node = agenda.pop()
+            for consumer in self._waiting_for(node):
+                if consumer is self.finish and node.goal is not None:
+                    reached.add(node.goal)
+                elif consumer not in seen:
+                    seen.add(consumer)
+                    agenda.append(consumer)
+        return sorted(reached, key=lambda goal: self._lacking_goals.get(goal, 0))
 
     def by_top_level_goal(self, nodes: list[Node]) -> list[Node]:
         """Return ``nodes`` grouped by the top-level goal they serve, as those were posed."""
-        rank: dict[Node, int] = {}
-        for at, goal in enumerate(self.lacking(self.finish) if self.finish else ()):
-            server = self._server(goal)
-            for node in self._reachable([server]) if server else ():
-                rank.setdefault(node, at)
-        return sorted(nodes, key=lambda node: rank.get(node, len(rank)))
+        places = self._lacking_goals
+
+        def place(node: Node) -> int:
+            return min((places[g] for g in self._goals_above([node])), default=len(places))
+
+        return sorted(nodes, key=place)
+
+
+def _chain(node: Node | None, came_from: dict[Node, Node | None]) -> Iterable[Node]:
+    while node is not None:
+        yield node
+        node = came_from[node]

@@ -10,12 +10,19 @@ NOT_ACHIEVED = " warning: desired goal was not achieved"
 
 
 class Trace:
-    """Lines of the levels 0 (nothing), 1 (the plan), 2 (nodes) and 3 (nodes and rules)."""
+    """Lines of the levels 0 (nothing), 1 (the plan), 2 (nodes) and 3 (nodes and rules).
 
-    def __init__(self, level: int) -> None:
+    Attributes:
+        lines: The newest lines.
+        dropped: How many older ones were let go.
+    """
+
+    def __init__(self, level: int, most: int) -> None:
         self._level = level
+        self._most = most
         self._at: dict[int, int] = {}
         self.lines: list[str] = []
+        self.dropped = 0
 
     def node(self, node: Node, *, depth: int | None = None) -> str:
         """Print the line of a node that is visited; return it, "" where none is printed."""
@@ -40,33 +47,45 @@ class Trace:
         """Print a rule that fired."""
         if self._level >= 3:
             listed = " ".join(fired.effect)
-            self.lines.append(
+            self._append(
                 f"    Firing {fired.action} {decided.choice} rule {fired.rule} to get ({listed})"
             )
 
     def line_of(self, node: Node) -> str:
         """Return the newest line of a node, "" if it has none."""
         at = self._at.get(node.number)
-        return "" if at is None else self.lines[at]
+        return "" if at is None else self.lines[at - self.dropped]
 
     def end(self, text: str, plan: list[str]) -> None:
         """Print the outcome, at level 1 with the plan."""
         if self._level >= 1:
-            self.lines.append(text)
+            self._append(text)
         if self._level == 1:
-            self.lines.extend(plan)
+            for step in plan:
+                self._append(step)
+
+    def solution(self, plan: list[str]) -> None:
+        """Print that one of several solutions was found."""
+        self.end(ACHIEVED, plan)
+
+    def _append(self, line: str) -> None:
+        self.lines.append(line)
+        if len(self.lines) > 2 * self._most:
+            del self.lines[: self._most]
+            self.dropped += self._most
+            self._at = {n: at for n, at in self._at.items() if at >= self.dropped}
 
     def _print(self, node: Node, depth: int) -> str:
         others = f" [{node.alternatives}]" if node.alternatives else ""
         line = f"{depth:3d} {'  ' * node.level}n{node.number} {node.text()}{others}"
         if self._level >= 2:
-            self._at[node.number] = len(self.lines)
-            self.lines.append(line)
+            self._at[node.number] = self.dropped + len(self.lines)
+            self._append(line)
         return line if self._level >= 2 else ""
 
     def _amend(self, node: Node, text: str) -> str:
         at = self._at.get(node.number)
         if at is None:
             return ""
-        self.lines[at] += text
-        return self.lines[at]
+        self.lines[at - self.dropped] += text
+        return self.lines[at - self.dropped]

@@ -1,20 +1,22 @@
-"""The search tree: making nodes, what is so at each, which are open, what is committed."""
+"""The search tree: making nodes, which are open, what is committed, what is let go."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
+from immutables import Map
+
 from rogue.prodigy._domain import Operator
-from rogue.prodigy._effects import changes
 from rogue.prodigy._events import NodeKind
 from rogue.prodigy._grounding import World
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import DONE, all_instances, finish_operator
-from rogue.prodigy._nodes import Node, Situation
+from rogue.prodigy._nodes import Node
 from rogue.prodigy._problem import Problem
+from rogue.prodigy._situation import Situation
 from rogue.prodigy._state import State
-from rogue.prodigy._tail import Tail
+from rogue.prodigy._succession import Succession
 from rogue.prodigy._terms import Literal
 
 
@@ -24,40 +26,48 @@ class Tree:
     Attributes:
         domain: What can be done.
         objects: What there is; grows when objects are added.
-        nodes: All nodes, by number less one.
-        open: Nodes with something left to try, oldest first; the last is visited next.
+        nodes: The nodes kept, by number.
+        made: How many were ever made.
+        open: Nodes with something left to try, by number, oldest first.
+        at: The node that the search is at: the one it expands next, or the barrier.
         barrier: The newest node that cannot be undone: a root or an executed node.
         extra: Goals that came after the start.
         removed: Goals that were dropped.
+        next_situation: What is so after each kind of node.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.domain = problem.domain
         self.objects = problem.objects
-        self.nodes: list[Node] = []
-        self.open: list[Node] = []
+        self.nodes: dict[int, Node] = {}
+        self.made = 0
+        self.open: dict[int, Node] = {}
         self.extra: list[Literal] = []
         self.removed: set[Literal] = set()
+        self.next_situation = Succession(self)
         self._finish = finish_operator(problem.variables, problem.goal)
-        self.barrier = self.plant(problem.state)
+        self.barrier: Node
+        self.at: Node
+        self.plant(problem.state)
 
     def plant(self, state: State) -> Node:
         """Make a root with its goal (done) and operator *finish*; return the root."""
-        root = self._make(NodeKind.APPLIED, None, 0, Situation(state, {}, ()))
-        goal = self._make(NodeKind.GOAL, root, 0, Situation(state, {}, ()), goal=DONE)
+        root = self._make(NodeKind.APPLIED, None, 0, Situation.at(state))
+        goal = self._make(NodeKind.GOAL, root, 0, root.situation, goal=DONE)
         goal.operators = []
         root.visited = goal.visited = True
         finish = self._make(
             NodeKind.OPERATOR,
             goal,
             0,
-            goal.situation,
+            root.situation,
             goal=DONE,
             operator=self._finish,
             goal_node=goal,
         )
         self.barrier = root
-        self.open = [finish]
+        self.open = {finish.number: finish}
+        self.at = finish
         return root
 
     def _make(
@@ -75,8 +85,9 @@ class Tree:
         needed_by: tuple[Node, ...] = (),
         alternatives: int = 0,
     ) -> Node:
+        self.made += 1
         node = Node(
-            len(self.nodes) + 1,
+            self.made,
             kind,
             parent,
             parent.depth + 1 if parent else 1,
@@ -89,14 +100,18 @@ class Tree:
             binding,
             needed_by,
             alternatives,
+            steps=(parent.steps if parent else 0) + int(binding is not None),
         )
-        self.nodes.append(node)
+        self.nodes[node.number] = node
         if parent is not None:
             parent.children.append(node)
-            self.open.append(node)
+            self.open[node.number] = node
+            self.at = node
         return node
 
-    def add_goal(self, parent: Node, goal: Literal, needed_by: list[Node], others: int) -> Node:
+    def add_goal(
+        self, parent: Node, goal: Literal, needed_by: tuple[Node, ...], others: int
+    ) -> Node:
         """Make a goal node under a binding or applied node."""
         node = self._make(
             NodeKind.GOAL,
@@ -104,10 +119,10 @@ class Tree:
             needed_by[0].level + 1,
             parent.situation,
             goal=goal,
-            needed_by=tuple(needed_by),
+            needed_by=needed_by,
             alternatives=others,
         )
-        node.situation = self._derived(node, parent.situation)
+        node.situation = self.next_situation.after(node, parent.situation)
         return node
 
     def add_operator(self, parent: Node, operator: Operator) -> Node:
@@ -131,11 +146,11 @@ class Tree:
             parent.situation,
             goal=parent.goal,
             operator=instance.operator,
-            instance=replace(instance, node=len(self.nodes) + 1),
+            instance=replace(instance, node=self.made + 1),
             goal_node=parent.goal_node,
             alternatives=others,
         )
-        node.situation = self._derived(node, parent.situation)
+        node.situation = self.next_situation.after(node, parent.situation)
         return node
 
     def add_applied(self, parent: Node, binding: Node) -> Node:
@@ -150,19 +165,17 @@ class Tree:
             instance=binding.instance,
             binding=binding,
         )
-        node.situation = self._derived(node, parent.situation)
+        node.situation = self.next_situation.after(node, parent.situation)
         return node
 
-    def needs(self, node: Node) -> tuple[Literal, ...]:
-        """Return the preconditions of a binding node."""
+    def finish_needs(self, node: Node) -> tuple[Literal, ...]:
+        """Return the goals of the problem as they are now, for a node of *finish*."""
         assert node.instance is not None
-        if not node.is_finish():
-            return node.instance.preconditions
         kept = [p for p in node.instance.preconditions if p not in self.removed]
         return tuple(dict.fromkeys([*kept, *self.extra]))
 
     def goal_sets(self, state: State) -> Iterator[tuple[Literal, ...]]:
-        """Yield the sets of literals each of which is what is wanted now."""
+        """Yield the sets of goals each of which would be the end, as they are now."""
         for instance in all_instances(self._finish, self.world(state)):
             kept = [p for p in instance.preconditions if p not in self.removed]
             yield tuple(dict.fromkeys([*kept, *self.extra]))
@@ -171,136 +184,79 @@ class Tree:
         """Return a state with what is needed to ask about it."""
         return World(self.domain, self.objects, state)
 
+    def newest(self) -> Node | None:
+        """Return the newest open node, None if none is open."""
+        return self.open[next(reversed(self.open))] if self.open else None
+
+    def go_to(self, node: Node | None) -> None:
+        """Make ``node`` the one that the search is at; None for the barrier."""
+        self.at = node if node is not None else self.barrier
+
     def close(self, node: Node) -> None:
         """Take a node out of the open ones."""
         node.closed = True
-        if node in self.open:
-            self.open.remove(node)
+        self.open.pop(node.number, None)
+        if node is self.at:
+            self.go_to(self.newest())
 
     def commit(self, node: Node) -> None:
         """Make ``node`` the barrier: nothing before it is ever tried again."""
-        for older in self.open:
+        for older in self.open.values():
             older.closed = older is not node
-        self.open = [node]
-        self.barrier = node
+        self.open = {node.number: node}
+        self.barrier = self.at = node
 
-    def holds_in(self, node: Node, situation: Situation) -> bool:
-        """Say whether the preconditions of a binding node hold in ``situation``."""
-        return all(map(situation.state.holds, self.needs(node)))
+    def forget(self, most: int) -> None:
+        """Let old committed history go if more than ``most`` nodes are held.
 
-    def before(self, applied: Node) -> Situation:
-        """Return the situation before an applied node's changes, its operator taken out."""
-        assert applied.parent is not None
-        situation = applied.parent.situation
-        tail = tuple(n for n in situation.tail if n is not applied.binding)
-        return Situation(situation.state, situation.expanded, tail)
-
-    def shifted(
-        self, situation: Situation, added: Iterable[Literal], deleted: Iterable[Literal]
-    ) -> Situation:
-        """Return ``situation`` after changes of facts.
-
-        What changes is no longer a goal being worked on. Nor is a goal whose operator now lacks
-        what nothing can bring about: it has to be reached in another way.
+        Half as many are kept, and whatever the tail still refers to.
         """
-        state = situation.state.changed(added, deleted)
-        changed = set(state.difference(situation.state))
-        expanded = {
-            goal: node
-            for goal, node in situation.expanded.items()
-            if (goal if goal.positive else goal.negated()) not in changed
-        }
-        for node in situation.tail:
-            if node.goal in expanded and self.is_hopeless(node, state):
-                del expanded[node.goal]
-        return Situation(state, expanded, situation.tail)
+        if len(self.nodes) <= most:
+            return
+        oldest = min(self.barrier.number, self.made - most // 2)
+        situation = self.barrier.situation
+        kept = {n.number: n for n in (*situation.tail.values(), *situation.expanded.values())}
+        kept.update((n.goal_node.number, n.goal_node) for n in [*kept.values()] if n.goal_node)
+        for number in [n for n in self.nodes if n < oldest]:
+            node = self.nodes[number]
+            node.parent, node.children, node.before = None, [], None
+            if number not in kept:
+                del self.nodes[number]
+        if len(situation.past) > most:
+            past = Map({situation.state: None})
+            self.barrier.situation = replace(situation, past=past)
 
-    def is_hopeless(self, node: Node, state: State) -> bool:
-        """Say whether a binding node lacks a precondition that no operator makes true."""
-        return not node.is_finish() and any(
-            not state.holds(p) and (p.predicate, p.positive) not in self.domain.changed
-            for p in self.needs(node)
-        )
-
-    def _derived(self, node: Node, above: Situation) -> Situation:
-        match node.kind:
-            case NodeKind.GOAL if node.goal is not None and not above.state.holds(node.goal):
-                expanded = {**above.expanded, node.goal: node}
-                return Situation(above.state, expanded, above.tail)
-            case NodeKind.BINDING:
-                expanded = dict(above.expanded)
-                if node.goal in expanded and self.is_hopeless(node, above.state):
-                    del expanded[node.goal]
-                return Situation(above.state, expanded, (*above.tail, node))
-            case NodeKind.APPLIED:
-                return self._applied(node, above)
-        return above
-
-    def _applied(self, node: Node, above: Situation) -> Situation:
-        assert node.instance is not None
-        made = changes(node.instance, self.world(above.state))
-        return self.outcome(node, above, made.added, made.deleted)
-
-    def outcome(
-        self,
-        applied: Node,
-        above: Situation,
-        added: Iterable[Literal],
-        deleted: Iterable[Literal],
-    ) -> Situation:
-        """Return the situation after an operator was applied with the given changes."""
-        tail = tuple(n for n in above.tail if n is not applied.binding)
-        expanded = {goal: node for goal, node in above.expanded.items() if goal != applied.goal}
-        return self.shifted(Situation(above.state, expanded, tail), added, deleted)
+    def change_goals(self, goals: tuple[Literal, ...], dropped: tuple[Literal, ...]) -> None:
+        """Add and drop goals of the problem; what is so follows with the next change."""
+        self.extra = [g for g in self.extra if g not in (*goals, *dropped)]
+        self.extra.extend(goals)
+        finish = self.at.situation.finish
+        known = finish.instance.preconditions if finish and finish.instance else dropped
+        self.removed.update(goal for goal in dropped if goal in known)
 
     def path(self) -> list[Node]:
-        """Return the nodes from the barrier to the node visited next, or only the barrier."""
-        node: Node | None = self.open[-1] if self.open else self.barrier
+        """Return the nodes from the barrier to where the search is."""
+        node: Node | None = self.at
         path: list[Node] = []
         while node is not None and node is not self.barrier:
             path.append(node)
             node = node.parent
         return [self.barrier, *reversed(path)]
 
-    def change(
-        self, added: Iterable[Literal], deleted: Iterable[Literal], *, executing: bool = False
-    ) -> None:
-        """Take in a change of the world: it is so from the barrier on, whatever is tried.
-
-        Choices on the path are open again; an applied operator that is no longer ready, or a
-        goal that is no longer wanted, is given up with what follows it; not so while the last
-        operator of the path is executing.
-        """
-        path = self.path()
-        self.barrier.situation = self.shifted(self.barrier.situation, added, deleted)
-        kept = [self.barrier]
-        for node in path[1:]:
-            above = kept[-1].situation
-            if not executing and not self._still_makes_sense(node, above):
-                break
-            node.situation = self._derived(node, above)
-            kept.append(node)
-        self._reopen(kept)
-
-    def _still_makes_sense(self, node: Node, above: Situation) -> bool:
-        if node.binding is not None:
-            return self.holds_in(node.binding, above)
-        if node.kind is NodeKind.GOAL and node.goal != DONE:
-            return node.goal in Tail(above, self.needs).pending()
-        return True
-
-    def _reopen(self, path: list[Node]) -> None:
-        for node in self.open:
+    def reopen(self, path: list[Node]) -> None:
+        """Open the nodes of a path again, with every choice on it, and no others."""
+        for node in self.open.values():
             node.closed = True
-        self.open = []
+        self.open = {}
         for node in path:
             is_choice = node.kind in {NodeKind.BINDING, NodeKind.APPLIED}
             if is_choice:
                 node.tried.clear()
                 node.only_apply = False
-            if node.parent is not None and (is_choice or _has_untried(node)):
+            if not node.is_root() and (is_choice or _has_untried(node)):
                 node.closed = False
-                self.open.append(node)
+                self.open[node.number] = node
+        self.go_to(self.newest())
 
 
 def _has_untried(node: Node) -> bool:
