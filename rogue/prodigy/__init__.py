@@ -33,6 +33,7 @@ from rogue.prodigy._events import (
     RuleFired,
     StepView,
 )
+from rogue.prodigy._functions import Function, generator
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._load import load_domain, load_problem
 from rogue.prodigy._meta_predicates import MetaPredicate
@@ -67,6 +68,7 @@ __all__ = [
     "Failed",
     "Finished",
     "Found",
+    "Function",
     "FunctionError",
     "Handler",
     "InferenceMode",
@@ -109,6 +111,7 @@ __all__ = [
     "TreeSnapshot",
     "UnknownNameError",
     "Value",
+    "generator",
     "load_domain",
     "load_problem",
     "parse_domain",

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from rogue.prodigy._expressions import TRUE, Expression, VariableSpec
+from rogue.prodigy._functions import Function
 from rogue.prodigy._terms import Atom
 from rogue.prodigy._types import TypeTree
 
 if TYPE_CHECKING:
     from rogue.prodigy._rules import RuleSet
-
-Function = Callable[..., object]
-"""A function that a domain names: a test gives a truth value, a generator an iterable of values."""
 
 
 @dataclass(frozen=True, slots=True)

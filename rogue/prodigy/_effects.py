@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from rogue.prodigy._domain import Effect
-from rogue.prodigy._expressions import TRUE
+from rogue.prodigy._expressions import TRUE, required
 from rogue.prodigy._grounding import World
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._terms import Bindings, Literal, Value
@@ -80,20 +80,20 @@ def _applies(effect: Effect, bound: dict[str, Value], world: World) -> bool:
         return False
     if effect.condition == TRUE:
         return True
-    cases = world.combinations(effect.variables, bound)
+    cases = world.combinations(effect.variables, bound, required(effect.condition))
     return any(world.holds(effect.condition, case) for case in cases)
 
 
 def _fits(effect: Effect, bound: dict[str, Value], world: World) -> bool:
     named = [spec for spec in effect.variables if spec.name in bound]
     return all(
-        world.fits(bound[spec.name], spec) and all(world.passes(c, bound) for c in spec.calls)
+        world.fits(bound[spec.name], spec) and all(world.passes(c, spec, bound) for c in spec.calls)
         for spec in named
     )
 
 
 def _added(effect: Effect, bindings: Bindings, world: World) -> Iterator[Literal]:
-    for case in world.combinations(effect.variables, bindings):
+    for case in world.combinations(effect.variables, bindings, required(effect.condition)):
         if world.holds(effect.condition, case):
             yield effect.atom.ground(case)
 

@@ -29,12 +29,19 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {' or '.join(near)}?" if near else ""
 
 
+_LONGEST = 80
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 class PdlError(ProdigyError):
     """A text that is no valid domain, problem or literal.
 
     Attributes:
         position: Where.
-        found: What stands there.
+        found: What stands there, its beginning if it is long.
         expected: What could stand there.
         near: Known names near the one found.
     """
@@ -43,11 +50,12 @@ class PdlError(ProdigyError):
         self, position: Position, found: str, expected: str, known: Iterable[str] = ()
     ) -> None:
         self.position = position
-        self.found = found
+        self.found = _shortened(found)
         self.expected = expected
-        self.near = tuple(difflib.get_close_matches(found, list(known), n=3, cutoff=0.6))
+        names = list(known) if len(found) <= _LONGEST else []
+        self.near = tuple(difflib.get_close_matches(found, names, n=3, cutoff=0.6))
         hint = f"; did you mean {' or '.join(self.near)}?" if self.near else ""
-        super().__init__(f"{position}: found {found}, expected {expected}{hint}")
+        super().__init__(f"{position}: found {self.found}, expected {expected}{hint}")
 
 
 class UnknownNameError(ProdigyError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rogue.prodigy._terms import Atom, Term
+from rogue.prodigy._terms import Atom, Term, Variable
 from rogue.prodigy._types import TypeSpec
 
 
@@ -19,6 +19,11 @@ class Call:
     function: str
     terms: tuple[Term, ...] = ()
     pattern: Atom | None = None
+
+    def variables(self) -> tuple[str, ...]:
+        """Return the names of the variables among the arguments, repeated where they repeat."""
+        terms = self.pattern.terms if self.pattern else self.terms
+        return tuple(term.name for term in terms if isinstance(term, Variable))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,3 +93,31 @@ def atoms(expression: Expression) -> Iterator[Atom]:
         case And(parts) | Or(parts):
             for part in parts:
                 yield from atoms(part)
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """An atom that must be true, or false, for an expression to be so."""
+
+    atom: Atom
+    positive: bool
+    variables: frozenset[str]
+
+
+def required(expression: Expression, *, positive: bool = True) -> tuple[Requirement, ...]:
+    """Return what must hold whichever way an expression becomes true (or false)."""
+    return tuple(_required(expression, positive=positive))
+
+
+def _required(expression: Expression, *, positive: bool) -> Iterator[Requirement]:
+    match expression:
+        case Holds(atom):
+            yield Requirement(atom, positive, frozenset(atom.variables()))
+        case Not(part):
+            yield from _required(part, positive=not positive)
+        case And(parts) if positive:
+            for part in parts:
+                yield from _required(part, positive=True)
+        case Or(parts) if not positive:
+            for part in parts:
+                yield from _required(part, positive=False)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable
 from typing import NoReturn
 
 from rogue.prodigy._errors import PdlError
 from rogue.prodigy._reader import Form, Node, Word
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]{1,300}(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]{1,4})?")
+_RATIO = re.compile(r"([+-]?[0-9]{1,15})/([0-9]{1,15})")
 
 
 def fail(node: Node, expected: str, known: Iterable[str] = ()) -> NoReturn:
@@ -22,6 +27,13 @@ def as_form(node: Node, expected: str) -> Form:
 def as_word(node: Node, expected: str) -> Word:
     """Return ``node`` if it is a word, else fail with what was expected."""
     return node if isinstance(node, Word) else fail(node, expected)
+
+
+def as_list(node: Node, expected: str) -> tuple[Node, ...]:
+    """Return the nodes of a list, none for Lisp's ``nil``, else fail with what was expected."""
+    if isinstance(node, Word) and node.text == "nil":
+        return ()
+    return as_form(node, expected).items
 
 
 def head(form: Form) -> str:
@@ -49,10 +61,16 @@ def is_variable(node: Node) -> bool:
 
 
 def number(text: str) -> int | float | None:
-    """Return the number that ``text`` writes, or None."""
-    for convert in (int, float):
-        try:
-            return convert(text)
-        except ValueError:
-            continue
-    return None
+    """Return the number that ``text`` writes (``3``, ``-0.5``, ``9/64``), or None."""
+    ratio = _RATIO.fullmatch(text)
+    if ratio:
+        over, under = int(ratio[1]), int(ratio[2])
+        if not under:
+            return None
+        return over // under if over % under == 0 else over / under
+    if not _NUMBER.fullmatch(text):
+        return None
+    if text.lstrip("+-").isdigit():
+        return int(text)
+    value = float(text)
+    return value if math.isfinite(value) else None

@@ -17,15 +17,20 @@ from rogue.prodigy._expressions import (
     Holds,
     Not,
     Or,
+    Requirement,
     VariableSpec,
+    required,
 )
-from rogue.prodigy._functions import GEN_FROM_PRED
+from rogue.prodigy._functions import Generator
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Atom, Bindings, Literal, Value, Variable
 from rogue.prodigy._types import Objects
 
 MOST_GENERATED = 10_000
 """Values that a generator may give for one variable."""
+
+Given = tuple[Requirement, ...]
+"""Literals that must hold now; only values with which they can are of interest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,49 +41,82 @@ class World:
     objects: Objects
     state: State
 
-    def values(self, spec: VariableSpec, bindings: Bindings) -> Iterator[Value]:
-        """Yield the values of a variable that fit its types and its functions.
+    def combinations(
+        self, specs: tuple[VariableSpec, ...], bindings: Bindings, given: Given = ()
+    ) -> Iterator[dict[str, Value]]:
+        """Yield ``bindings`` extended by every combination of values of ``specs``.
 
-        Functions whose arguments are not all bound yet are not asked.
+        Variables take their values in the order declared, but after those that their functions
+        ask for. Every function is asked as soon as all its arguments have values.
         """
-        calls, values = spec.calls, self._candidates(spec, bindings)
+        free = tuple(spec for spec in specs if spec.name not in bindings)
+        bound = [(call, s) for s in specs if s.name in bindings for call in s.calls]
+        if all(self._may_hold(r, bindings) for r in given):
+            yield from self._extended(free, dict(bindings), given, bound)
+
+    def _extended(
+        self,
+        free: tuple[VariableSpec, ...],
+        bindings: dict[str, Value],
+        given: Given,
+        unasked: list[tuple[Call, VariableSpec]],
+    ) -> Iterator[dict[str, Value]]:
+        waiting = [(call, s) for call, s in unasked if not _is_ready(call, s, bindings)]
+        if not all(self.passes(*asked, bindings) for asked in unasked if asked not in waiting):
+            return
+        if not free:
+            yield bindings
+            return
+        spec = _next_variable(free, bindings)
+        others = tuple(s for s in free if s is not spec)
+        mine = tuple(r for r in given if spec.name in r.variables)
+        generating, values = self._candidates(spec, bindings, mine)
+        waiting.extend((call, spec) for call in spec.calls if call is not generating)
         for value in values:
             extended = {**bindings, spec.name: value}
-            if all(self.passes(call, extended) for call in calls):
-                yield value
+            if all(self._may_hold(r, extended) for r in mine):
+                yield from self._extended(others, extended, given, waiting)
 
-    def _candidates(self, spec: VariableSpec, bindings: Bindings) -> Iterable[Value]:
-        generators = [c for c in spec.calls if c.function == GEN_FROM_PRED]
-        if generators:
-            return self.in_order(self._generated(generators[0], spec, bindings))
-        if any(name in self.domain.types.infinite for name in spec.types.names):
-            return self._infinite(spec, bindings)
-        return self.objects.of(spec.types)
+    def _may_hold(self, requirement: Requirement, bindings: Bindings) -> bool:
+        if not all(name in bindings for name in requirement.variables):
+            return True
+        return self.state.holds(requirement.atom.ground(bindings, positive=requirement.positive))
 
-    def _generated(self, call: Call, spec: VariableSpec, bindings: Bindings) -> set[Value]:
-        assert call.pattern is not None
-        found = self.matches(call.pattern, bindings)
-        return {m[spec.name] for m in found if self.fits(m[spec.name], spec)}
+    def _candidates(
+        self, spec: VariableSpec, bindings: Bindings, given: Given
+    ) -> tuple[Call | None, Iterable[Value]]:
+        """Return the values to try, and the function that needs not be asked of them again."""
+        for call in spec.calls:
+            if call.pattern is not None:
+                is_whole = _is_ready(call, spec, bindings)
+                return (call if is_whole else None), self._in_facts(spec, [call.pattern], bindings)
+            if self.is_generator(call) and _is_ready(call, spec, bindings):
+                values = self._generated(call, spec, bindings)
+                return call, [value for value in values if self.fits(value, spec)]
+        atoms = [r.atom for r in given if r.positive]
+        if self.domain.types.infinite_of(spec.types):
+            return None, self._in_facts(spec, atoms, bindings)
+        objects = self.objects.of(spec.types)
+        few = [a for a in atoms if self._size(a, bindings) < len(objects)]
+        return None, self._in_facts(spec, few, bindings) if few else objects
+
+    def _in_facts(self, spec: VariableSpec, atoms: list[Atom], bindings: Bindings) -> list[Value]:
+        """Return the values that the variable has in facts of the rarest of ``atoms``."""
+        if not atoms:
+            return []
+        atom = min(atoms, key=lambda a: self._size(a, bindings))
+        found = {match[spec.name] for match in self.matches(atom, bindings)}
+        return self.in_order(value for value in found if self.fits(value, spec))
+
+    def _size(self, atom: Atom, bindings: Bindings) -> int:
+        return len(self.state.matching(atom.predicate, atom.pattern(bindings)))
 
     def matches(self, pattern: Atom, bindings: Bindings) -> Iterator[dict[str, Value]]:
         """Yield ``bindings`` extended by each true fact that ``pattern`` matches."""
-        for args in self.state.tuples(pattern.predicate):
+        for args in self.state.matching(pattern.predicate, pattern.pattern(bindings)):
             extended = pattern.match(args, bindings)
             if extended is not None:
                 yield extended
-
-    def _infinite(self, spec: VariableSpec, bindings: Bindings) -> Iterable[Value]:
-        call = spec.calls[0]
-        if not all(v in bindings or v == spec.name for v in _names(call)):
-            return ()
-        args = tuple(t for t in call.terms if t != Variable(spec.name))
-        made = self._call(call.function, tuple(_value(t, bindings) for t in args))
-        if not isinstance(made, Iterable):
-            raise FunctionError(call.function, args, f"gave {made!r}, expected values")
-        values = list(itertools.islice(made, MOST_GENERATED + 1))
-        if len(values) > MOST_GENERATED:
-            raise FunctionError(call.function, args, f"gave more than {MOST_GENERATED} values")
-        return [value for value in values if self.fits(value, spec)]
 
     def in_order(self, values: Iterable[Value]) -> list[Value]:
         """Return values in the order in which the objects are declared, numbers first."""
@@ -88,37 +126,50 @@ class World:
         """Say whether ``value`` is of the types of ``spec``."""
         if self.objects.is_a(value, spec.types):
             return True
-        tests = [self.domain.types.infinite.get(name) for name in spec.types.names]
-        return any(test is not None and bool(self._call(test, (value,))) for test in tests)
+        infinite = self.domain.types.infinite
+        names = self.domain.types.infinite_of(spec.types)
+        return any(bool(self._call(infinite[name], (value,))) for name in names)
 
-    def passes(self, call: Call, bindings: Bindings) -> bool:
-        """Say whether a function test holds; true while an argument is not bound.
+    def is_generator(self, call: Call) -> bool:
+        """Say whether a call names a generator, not a test."""
+        return isinstance(self.domain.functions.get(call.function), Generator)
+
+    def passes(self, call: Call, spec: VariableSpec, bindings: Bindings) -> bool:
+        """Say whether a function of ``spec`` holds; true while an argument is not bound.
 
         Raises:
             FunctionError: If the function raises.
         """
         if call.pattern is not None:
             return any(True for _ in self.matches(call.pattern, bindings))
-        if not all(name in bindings for name in _names(call)):
+        if not all(name in bindings for name in call.variables()):
             return True
+        if self.is_generator(call):
+            return bindings[spec.name] in self._generated(call, spec, bindings)
         return bool(self._call(call.function, tuple(_value(t, bindings) for t in call.terms)))
 
-    def _call(self, function: str, args: tuple[Value, ...]) -> object:
+    def _generated(self, call: Call, spec: VariableSpec, bindings: Bindings) -> list[Value]:
+        own = Variable(spec.name)
+        args = tuple(None if t == own else _value(t, bindings) for t in call.terms)
+        made = self._call(call.function, args)
+        if not isinstance(made, Iterable) or isinstance(made, str):
+            raise FunctionError(call.function, args, f"gave {made!r}, expected values")
+        try:
+            values = list(itertools.islice(made, MOST_GENERATED + 1))
+        except Exception as error:
+            raise FunctionError(call.function, args, f"raised {error!r}") from error
+        if len(values) > MOST_GENERATED:
+            raise FunctionError(call.function, args, f"gave more than {MOST_GENERATED} values")
+        for value in values:
+            if isinstance(value, bool) or not isinstance(value, Value):
+                raise FunctionError(call.function, args, f"gave {value!r}, expected a value")
+        return values
+
+    def _call(self, function: str, args: tuple[Value | None, ...]) -> object:
         try:
             return self.domain.functions[function](*args)
         except Exception as error:
             raise FunctionError(function, args, f"raised {error!r}") from error
-
-    def combinations(
-        self, specs: tuple[VariableSpec, ...], bindings: Bindings
-    ) -> Iterator[dict[str, Value]]:
-        """Yield ``bindings`` extended by every combination of values of ``specs``."""
-        free = [spec for spec in specs if spec.name not in bindings]
-        if not free:
-            yield dict(bindings)
-            return
-        for value in self.values(free[0], bindings):
-            yield from self.combinations(tuple(free[1:]), {**bindings, free[0].name: value})
 
     def holds(self, expression: Expression, bindings: Bindings) -> bool:
         """Say whether an expression is true."""
@@ -132,9 +183,16 @@ class World:
             case Or(parts):
                 return any(self.holds(part, bindings) for part in parts)
             case Exists(variables, body):
-                return any(self.holds(body, b) for b in self.combinations(variables, bindings))
+                cases = self.combinations(variables, bindings, required(body))
+                return any(self.holds(body, case) for case in cases)
             case Forall(variables, body):
-                return all(self.holds(body, b) for b in self.combinations(variables, bindings))
+                cases = self.combinations(variables, bindings, required(body, positive=False))
+                return all(self.holds(body, case) for case in cases)
+
+    def static(self, expression: Expression, *, positive: bool = True) -> Given:
+        """Return what must hold for ``expression`` to be true (or false) and never changes."""
+        needs = required(expression, positive=positive)
+        return tuple(r for r in needs if self.domain.is_static(r.atom.predicate))
 
     def branches(
         self, expression: Expression, bindings: Bindings, *, positive: bool = True
@@ -149,9 +207,11 @@ class World:
                 each = [self.branches(part, bindings, positive=positive) for part in parts]
                 yield from _joined(each, all_of=isinstance(expression, And) == positive)
             case Exists(variables, body) | Forall(variables, body):
-                cases = self.combinations(variables, bindings)
+                some = isinstance(expression, Exists) == positive
+                given = self.static(body, positive=positive if some else not positive)
+                cases = self.combinations(variables, bindings, given)
                 each = [self.branches(body, case, positive=positive) for case in cases]
-                yield from _joined(each, all_of=isinstance(expression, Forall) == positive)
+                yield from _joined(each, all_of=not some)
 
 
 def _joined(
@@ -166,8 +226,13 @@ def _joined(
             yield tuple(literals)
 
 
-def _names(call: Call) -> Iterator[str]:
-    return (term.name for term in call.terms if isinstance(term, Variable))
+def _next_variable(free: tuple[VariableSpec, ...], bindings: Bindings) -> VariableSpec:
+    ready = (spec for spec in free if all(_is_ready(call, spec, bindings) for call in spec.calls))
+    return next(ready, free[0])
+
+
+def _is_ready(call: Call, spec: VariableSpec, bindings: Bindings) -> bool:
+    return all(name in bindings or name == spec.name for name in call.variables())
 
 
 def _value(term: Variable | Value, bindings: Bindings) -> Value:

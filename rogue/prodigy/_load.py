@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from rogue.prodigy._domain import Domain, Function
+from rogue.prodigy._domain import Domain
 from rogue.prodigy._errors import PdlError, Position
+from rogue.prodigy._functions import Function
 from rogue.prodigy._meta_predicates import MetaPredicate
 from rogue.prodigy._parse_domain import parse_domain
 from rogue.prodigy._parse_problem import parse_problem
@@ -43,7 +44,7 @@ def load_problem(path: str | Path, domain: Domain) -> Problem:
 def _text(path: str | Path) -> str:
     data = Path(path).read_bytes()
     try:
-        return data.decode("utf-8")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = data[: error.start]
         column = error.start - before.rfind(b"\n")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from rogue.prodigy._domain import Function
 from rogue.prodigy._expressions import (
+    TRUE,
     And,
     Call,
     Exists,
@@ -17,17 +17,27 @@ from rogue.prodigy._expressions import (
     Or,
     VariableSpec,
 )
-from rogue.prodigy._forms import as_form, as_word, fail, head, is_variable, number, parts
-from rogue.prodigy._functions import GEN_FROM_PRED
+from rogue.prodigy._forms import (
+    as_form,
+    as_list,
+    as_word,
+    fail,
+    first,
+    head,
+    is_variable,
+    number,
+    parts,
+)
+from rogue.prodigy._functions import GEN_FROM_PRED, Function
+from rogue.prodigy._parse_types import COMBINATIONS, parse_type_spec
 from rogue.prodigy._reader import Form, Node, Word
 from rogue.prodigy._terms import Atom, Term, Variable
-from rogue.prodigy._types import TOP_TYPE, TypeSpec, TypeTree
+from rogue.prodigy._types import TypeSpec, TypeTree
 
 Scope = frozenset[str]
 """Names of the variables that may be used."""
 
 NEGATIONS = {"~", "not"}
-CONNECTIVES = {"and", "or", "exists", "forall", *NEGATIONS}
 
 
 @dataclass
@@ -59,8 +69,18 @@ class Vocabulary:
         if value is not None:
             return value
         if self.objects is not None and word.text not in self.objects:
-            fail(word, "an object of the problem", self.objects)
+            self._check_infinite(word, self.objects)
         return word.text
+
+    def _check_infinite(self, word: Word, objects: Mapping[str, str]) -> None:
+        """Fail unless ``word`` is of an infinite type, such as that of all symbols."""
+        for kind, test in self.types.infinite.items():
+            try:
+                if self.functions[test](word.text):
+                    return
+            except Exception as error:
+                fail(word, f"a value that {test} of {kind} can test; it raised {error!r}")
+        fail(word, "an object of the problem", objects)
 
     def atom(self, node: Node, scope: Scope) -> Atom:
         """Return a predicate with its terms; checks the number of arguments."""
@@ -69,12 +89,16 @@ class Vocabulary:
             fail(form, "the name of a predicate after '('")
         name = head(form)
         terms = tuple(self.term(item, scope) for item in form.items[1:])
-        if self.closed and name not in self.predicates:
-            fail(form.items[0], "a predicate of the domain", self.predicates)
-        arity = self.predicates.setdefault(name, len(terms))
-        if arity != len(terms):
-            fail(form, f"{arity} arguments for {name}, not {len(terms)}")
+        self.check_predicate(form, name, len(terms))
         return Atom(name, terms)
+
+    def check_predicate(self, form: Form, name: str, count: int) -> None:
+        """Take in that ``form`` gives ``name`` so many arguments, or fail."""
+        if self.closed and name not in self.predicates:
+            fail(first(form), "a predicate of the domain", self.predicates)
+        arity = self.predicates.setdefault(name, count)
+        if arity != count:
+            fail(form, f"{arity} arguments for {name}, not {count}")
 
     def expression(self, node: Node, scope: Scope) -> Expression:
         """Return a logical expression."""
@@ -90,7 +114,7 @@ class Vocabulary:
             case "exists" | "forall":
                 return self._quantified(form, scope)
         if not form.items:
-            return And()
+            return TRUE
         return Holds(self.atom(form, scope))
 
     def _all(self, nodes: Iterable[Node], scope: Scope) -> tuple[Expression, ...]:
@@ -98,21 +122,30 @@ class Vocabulary:
 
     def _quantified(self, form: Form, scope: Scope) -> Expression:
         declared, body = parts(form, 2, 2, "variables and one expression")
-        variables = self.variables(declared, scope)
+        variables = self.quantified(declared, scope)
         inner = scope | {v.name for v in variables}
         kind = Exists if head(form) == "exists" else Forall
         return kind(variables, self.expression(body, inner))
 
+    def quantified(self, node: Node, scope: Scope) -> tuple[VariableSpec, ...]:
+        """Return the variables of a quantifier, which must not hide any of ``scope``."""
+        specs = self.variables(node, scope)
+        for spec, item in zip(specs, as_list(node, ""), strict=True):
+            if spec.name in scope:
+                fail(first(as_form(item, "")), "a name that no variable around it has")
+        return specs
+
     def variables(self, node: Node, scope: Scope = frozenset()) -> tuple[VariableSpec, ...]:
         """Return declared variables: ``((<v> TYPE) (<w> (and TYPE (fn <v> <w>))) ...)``."""
-        form = as_form(node, "a list of variables ((<v> TYPE) ...)")
-        names = [self._declared_name(item) for item in form.items]
+        items = as_list(node, "a list of variables ((<v> TYPE) ...)")
+        names = [self._declared_name(item) for item in items]
         known = scope | {word.text for word in names}
         specs: dict[str, VariableSpec] = {}
-        for word, item in zip(names, form.items, strict=True):
+        for word, item in zip(names, items, strict=True):
             if word.text in specs:
                 fail(word, "a variable that is not declared twice")
-            specs[word.text] = self._variable(as_form(item, "(<v> TYPE)"), known)
+            types, calls = self._declared_type(as_form(item, "(<v> TYPE)").items[1], known)
+            specs[word.text] = VariableSpec(word.text, types, calls)
         return tuple(specs.values())
 
     def _declared_name(self, node: Node) -> Word:
@@ -121,33 +154,16 @@ class Vocabulary:
             fail(form, "a variable with its type (<v> TYPE)")
         return as_word(form.items[0], "a variable")
 
-    def _variable(self, form: Form, scope: Scope) -> VariableSpec:
-        name, spec = as_word(form.items[0], "a variable").text, form.items[1]
-        if isinstance(spec, Form) and head(spec) == "and":
-            first, *rest = parts(spec, 1, None, "a type and functions after and")
-            calls = tuple(self._call(node, scope) for node in rest)
-            types = self.type_spec(first)
-        else:
-            types, calls = self.type_spec(spec), ()
-        self._check_generator(form, types, calls)
-        return VariableSpec(name, types, calls)
-
-    def _check_generator(self, form: Form, types: TypeSpec, calls: tuple[Call, ...]) -> None:
-        infinite = [name for name in types.names if name in self.types.infinite]
-        if infinite and not calls:
-            fail(form, f"a generator function, because {infinite[0]} is infinite")
-
-    def type_spec(self, node: Node) -> TypeSpec:
-        """Return the types that ``TYPE`` or ``(or A B)`` or ``(not A)`` names."""
-        if isinstance(node, Word):
-            name = node.text.removeprefix(":")
-            if name not in self.types:
-                fail(node, "a type of the domain", self.types.names())
-            return TypeSpec((name,))
-        if head(node) not in {"or", "not"} or len(node.items) < 2:
-            fail(node, "a type, (or TYPE ...) or (and TYPE (function ...))")
-        names = tuple(n for item in node.items[1:] for n in self.type_spec(item).names)
-        return TypeSpec(names) if head(node) == "or" else TypeSpec((TOP_TYPE,), names)
+    def _declared_type(self, node: Node, scope: Scope) -> tuple[TypeSpec, tuple[Call, ...]]:
+        if not isinstance(node, Form) or head(node) != "and":
+            return parse_type_spec(node, self.types), ()
+        inner = parts(node, 1, None, "a type and functions after and")
+        typed = tuple(n for n in inner if isinstance(n, Word) or head(n) in COMBINATIONS)
+        if not typed:
+            fail(node, "a type after and", self.types.names())
+        together = node.with_items((node.items[0], *typed))
+        calls = tuple(self._call(n, scope) for n in inner if n not in typed)
+        return parse_type_spec(typed[0] if len(typed) == 1 else together, self.types), calls
 
     def _call(self, node: Node, scope: Scope) -> Call:
         form = as_form(node, "a function call (function <v> ...)")
@@ -155,7 +171,7 @@ class Vocabulary:
         if name == GEN_FROM_PRED:
             (pattern,) = parts(form, 1, 1, "one literal after gen-from-pred")
             return Call(name, (), self.atom(pattern, scope))
-        self.function(form.items[0] if form.items else form)
+        self.function(first(form))
         return Call(name, tuple(self.term(item, scope) for item in form.items[1:]))
 
     def function(self, node: Node) -> str:

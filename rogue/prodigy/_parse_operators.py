@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from rogue.prodigy._domain import Effect, InferenceMode, InferenceRule, Operator
 from rogue.prodigy._expressions import TRUE, And, Expression, VariableSpec, atoms
-from rogue.prodigy._forms import as_form, as_word, fail, first, head, is_variable, parts
+from rogue.prodigy._forms import as_form, as_list, as_word, fail, first, head, is_variable, parts
 from rogue.prodigy._parse_expression import Scope, Vocabulary
 from rogue.prodigy._reader import Form, Node, Word
 from rogue.prodigy._terms import Atom
@@ -15,6 +15,9 @@ from rogue.prodigy._terms import Atom
 OPERATOR_SECTIONS = ("params", "preconds", "effects")
 RULE_SECTIONS = ("mode", *OPERATOR_SECTIONS)
 MODES = ("eager", "lazy")
+EFFECTS = ("add", "del", "if", "forall")
+FOR_ABSTRACTION = ("primary-effects", "axioms")
+"""Read and left aside: they guide a search by levels of abstraction only."""
 
 
 def parse_operators(
@@ -47,8 +50,8 @@ def _operator(form: Form, name: Word, allowed: tuple[str, ...], words: Vocabular
             fail(form, f"({needed} ...) in {head(form)} {name.text}")
     variables, precondition = _preconds(sections["preconds"], words)
     scope = frozenset(v.name for v in variables)
-    effects = _effects(sections["effects"], words, scope)
-    params = _params(sections.get("params"), scope)
+    locals_, effects = _effects(sections["effects"], words, scope)
+    params = _params(sections.get("params"), (*variables, *locals_))
     return Operator(name.text, params, variables, precondition, effects)
 
 
@@ -57,7 +60,7 @@ def _sections(form: Form, allowed: tuple[str, ...]) -> dict[str, Form]:
     sections: dict[str, Form] = {}
     for node in form.items[2:]:
         section = as_form(node, expected)
-        if head(section) not in allowed:
+        if head(section) not in (*allowed, *FOR_ABSTRACTION):
             fail(first(section), expected, allowed)
         if head(section) in sections:
             fail(section, f"({head(section)} ...) only once")
@@ -104,13 +107,15 @@ def _asks_for(rule: InferenceRule) -> set[str]:
     return generated | {atom.predicate for c in conditions for atom in atoms(c)}
 
 
-def _params(section: Form | None, scope: Scope) -> tuple[str, ...]:
-    names: list[str] = []
-    for node in section.items[1:] if section else ():
-        if not is_variable(node) or as_word(node, "a variable").text not in scope:
-            fail(node, "a variable declared in preconds", scope)
-        names.append(as_word(node, "a variable").text)
-    return tuple(names)
+def _params(section: Form | None, variables: tuple[VariableSpec, ...]) -> tuple[str, ...]:
+    """Return the names shown with the operator; all, if the text does not say."""
+    known = tuple(dict.fromkeys(spec.name for spec in variables))
+    if section is None:
+        return known
+    for node in section.items[1:]:
+        if not is_variable(node) or as_word(node, "a variable").text not in known:
+            fail(node, "a variable declared in preconds or effects", known)
+    return tuple(as_word(node, "a variable").text for node in section.items[1:])
 
 
 def _preconds(section: Form, words: Vocabulary) -> tuple[tuple[VariableSpec, ...], Expression]:
@@ -120,11 +125,14 @@ def _preconds(section: Form, words: Vocabulary) -> tuple[tuple[VariableSpec, ...
     return variables, words.expression(nodes[1], scope) if len(nodes) > 1 else TRUE
 
 
-def _effects(section: Form, words: Vocabulary, scope: Scope) -> tuple[Effect, ...]:
+def _effects(
+    section: Form, words: Vocabulary, scope: Scope
+) -> tuple[tuple[VariableSpec, ...], tuple[Effect, ...]]:
     declared, changes = parts(section, 2, 2, "variables and a list of effects")
-    locals_ = words.variables(declared, scope)
+    # A variable of the preconditions that is declared again is the same one.
+    locals_ = tuple(v for v in words.variables(declared, scope) if v.name not in scope)
     effects = list(_changes(changes, words, scope, locals_, TRUE))
-    return tuple(sorted(effects, key=lambda effect: effect.adds))
+    return locals_, tuple(sorted(effects, key=lambda effect: effect.adds))
 
 
 def _changes(
@@ -134,26 +142,42 @@ def _changes(
     locals_: tuple[VariableSpec, ...],
     condition: Expression,
 ) -> Iterator[Effect]:
-    inner = scope | {v.name for v in locals_}
-    for item in as_form(node, "a list of effects").items:
+    items = as_list(node, "a list of effects")
+    is_single = isinstance(node, Form) and head(node) in EFFECTS
+    for item in (node,) if is_single else items:
         form = as_form(item, "(add ...), (del ...), (if ...) or (forall ...)")
-        match head(form):
-            case "add" | "del" as kind:
-                (atom,) = (words.atom(n, inner) for n in parts(form, 1, 1, "one literal"))
-                yield _effect(atom, locals_, condition, adds=kind == "add")
-            case "if":
-                test, then = parts(form, 2, 2, "a condition and a list of effects")
-                both = And((condition, words.expression(test, inner)))
-                yield from _changes(then, words, scope, locals_, both)
-            case "forall":
-                expected = "variables, a condition and a list of effects"
-                more, test, then = parts(form, 3, 3, expected)
-                wider = (*locals_, *words.variables(more, inner))
+        yield from _change(form, words, scope, locals_, condition)
+
+
+def _change(
+    form: Form,
+    words: Vocabulary,
+    scope: Scope,
+    locals_: tuple[VariableSpec, ...],
+    condition: Expression,
+) -> Iterator[Effect]:
+    inner = scope | {v.name for v in locals_}
+    match head(form):
+        case "add" | "del" as kind:
+            (atom,) = (words.atom(n, inner) for n in parts(form, 1, 1, "one literal"))
+            yield _effect(atom, locals_, condition, adds=kind == "add")
+        case "if":
+            test, then = parts(form, 2, 2, "a condition and a list of effects")
+            both = _both(condition, words.expression(test, inner))
+            yield from _changes(then, words, scope, locals_, both)
+        case "forall":
+            nodes = parts(form, 2, 3, "variables, a condition and a list of effects")
+            wider = (*locals_, *words.quantified(nodes[0], inner))
+            if len(nodes) == 3:
                 names = scope | {v.name for v in wider}
-                both = And((condition, words.expression(test, names)))
-                yield from _changes(then, words, scope, wider, both)
-            case _:
-                fail(form, "add, del, if or forall", ("add", "del", "if", "forall"))
+                condition = _both(condition, words.expression(nodes[1], names))
+            yield from _changes(nodes[-1], words, scope, wider, condition)
+        case _:
+            fail(first(form), "add, del, if or forall", EFFECTS)
+
+
+def _both(one: Expression, other: Expression) -> Expression:
+    return other if one == TRUE else And((one, other))
 
 
 def _effect(
@@ -161,4 +185,9 @@ def _effect(
 ) -> Effect:
     used = set(atom.variables())
     used.update(name for a in atoms(condition) for name in a.variables())
-    return Effect(atom, adds, tuple(v for v in locals_ if v.name in used), condition)
+    while True:
+        kept = tuple(v for v in locals_ if v.name in used)
+        needed = {name for v in kept for call in v.calls for name in call.variables()}
+        if needed <= used:
+            return Effect(atom, adds, kept, condition)
+        used |= needed

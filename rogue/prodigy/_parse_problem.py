@@ -7,26 +7,33 @@ from collections.abc import Iterator
 from rogue.prodigy._domain import Domain
 from rogue.prodigy._errors import PdlError, Position
 from rogue.prodigy._expressions import And, Expression, Holds, VariableSpec
-from rogue.prodigy._forms import as_form, as_word, fail, head, number, parts
+from rogue.prodigy._forms import as_form, as_word, fail, first, head, parts
+from rogue.prodigy._lisp import without_lisp
 from rogue.prodigy._parse_expression import Vocabulary
+from rogue.prodigy._parse_types import parse_objects
 from rogue.prodigy._problem import Problem
-from rogue.prodigy._reader import Form, Node, Word, read
+from rogue.prodigy._reader import Form, Node, read
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._types import Objects
 
 SECTIONS = ("name", "objects", "state", "goal")
+PROBLEMS = ("create-problem", "problem")
 _NO_VARIABLES: frozenset[str] = frozenset()
 
 
 def parse_problem(text: str, domain: Domain, *, file: str = "problem") -> Problem:
     """Read a problem: ``(create-problem (name ..) (objects ..) (state ..) (goal ..))``.
 
+    It may stand in ``(setf (current-problem) ...)``, with other Lisp around it.
+
     Raises:
         PdlError: At the first thing that is wrong, with line and column.
     """
     sections = _sections(_problem_form(read(text, file), file))
-    types_of = {**domain.constants, **_objects(sections.get("objects"), domain)}
+    types_of = dict(domain.constants)
+    if "objects" in sections:
+        types_of.update(parse_objects(sections["objects"].items[1:], domain.types))
     words = Vocabulary(domain.types, domain.functions, dict(domain.predicates), types_of, True)
     facts = tuple(_facts(sections.get("state"), words))
     variables, goal = _goal(sections["goal"], words)
@@ -50,51 +57,36 @@ def parse_literal(text: str, domain: Domain, objects: Objects | None = None) -> 
 
 
 def _problem_form(nodes: tuple[Node, ...], file: str) -> Form:
-    if len(nodes) != 1:
-        raise PdlError(Position(file, 1, 1), f"{len(nodes)} expressions", "one problem")
-    form = as_form(nodes[0], "(create-problem ...)")
-    if head(form) == "setf":
-        form = as_form(form.items[-1], "(create-problem ...)")
-    if head(form) not in {"create-problem", "problem"}:
-        fail(form, "(create-problem ...)", ("create-problem", "problem"))
-    return form
+    found = without_lisp(map(_unwrapped, nodes), PROBLEMS)
+    if not found:
+        raise PdlError(Position(file, 1, 1), "no expression", "one problem")
+    if len(found) > 1:
+        fail(found[1], "the end of the text after one problem")
+    return found[0]
+
+
+def _unwrapped(node: Node) -> Node:
+    """Return what ``(setf (current-problem) ...)`` sets, and other nodes as they are."""
+    if isinstance(node, Form) and head(node) == "setf" and len(node.items) == 3:
+        place = node.items[1]
+        if isinstance(place, Form) and head(place) == "current-problem":
+            return node.items[2]
+    return node
 
 
 def _sections(form: Form) -> dict[str, Form]:
     sections: dict[str, Form] = {}
     for node in form.items[1:]:
         section = as_form(node, "(name ..), (objects ..), (state ..) or (goal ..)")
-        if head(section) not in SECTIONS:
-            first = section.items[0] if section.items else section
-            fail(first, "one of " + ", ".join(SECTIONS), SECTIONS)
-        sections[head(section)] = section
+        name = "goal" if head(section) == "igoal" else head(section)
+        if name not in SECTIONS:
+            fail(first(section), "one of " + ", ".join(SECTIONS), SECTIONS)
+        if name in sections:
+            fail(section, f"({name} ...) only once")
+        sections[name] = section
     if "goal" not in sections:
         fail(form, "(goal ...) in the problem")
     return sections
-
-
-def _objects(section: Form | None, domain: Domain) -> dict[str, str]:
-    types_of: dict[str, str] = {}
-    for node in section.items[1:] if section else ():
-        form = as_form(node, "(object-is NAME TYPE) or (objects-are NAME ... TYPE)")
-        words = [as_word(item, "a name") for item in form.items]
-        if words and words[0].text in {"object-is", "objects-are"}:
-            words = words[1:]
-        if len(words) < 2:
-            fail(form, "names of objects and their type")
-        *names, kind = words
-        if kind.text.removeprefix(":") not in domain.types:
-            fail(kind, "a type of the domain", domain.types.names())
-        for name in names:
-            _declare(types_of, name, kind.text.removeprefix(":"))
-    return types_of
-
-
-def _declare(types_of: dict[str, str], name: Word, kind: str) -> None:
-    if types_of.setdefault(name.text, kind) != kind:
-        fail(name, f"an object that is not also a {types_of[name.text]}")
-    if number(name.text) is not None:
-        fail(name, "a name, not a number")
 
 
 def _facts(section: Form | None, words: Vocabulary) -> Iterator[Literal]:

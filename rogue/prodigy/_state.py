@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, KeysView, Mapping
 
-from rogue.prodigy._terms import Literal, Value
+from rogue.prodigy._relation import Pattern, Relation, Row
+from rogue.prodigy._terms import Literal
 
-Tuples = frozenset[tuple[Value, ...]]
-_NONE: Tuples = frozenset()
+_NONE = Relation()
 
 
 class State:
@@ -19,48 +19,55 @@ class State:
     __slots__ = ("_facts", "_fingerprint")
 
     def __init__(self, facts: Iterable[Literal] = ()) -> None:
-        grouped: dict[str, set[tuple[Value, ...]]] = {}
+        grouped: dict[str, list[Row]] = {}
         for fact in facts:
             if fact.positive:
-                grouped.setdefault(fact.predicate, set()).add(fact.args)
-        self._facts: Mapping[str, Tuples] = {p: frozenset(a) for p, a in grouped.items()}
+                grouped.setdefault(fact.predicate, []).append(fact.args)
+        self._facts: Mapping[str, Relation] = {p: Relation(rows) for p, rows in grouped.items()}
         self._fingerprint = 0
-        for predicate, tuples in self._facts.items():
-            self._fingerprint ^= _mix(predicate, tuples)
+        for predicate, relation in self._facts.items():
+            self._fingerprint ^= _mix(predicate, relation.rows())
 
     def holds(self, literal: Literal) -> bool:
         """Say whether ``literal`` is true."""
         return (literal.args in self._facts.get(literal.predicate, _NONE)) == literal.positive
 
-    def tuples(self, predicate: str) -> Tuples:
-        """Return the arguments of the true facts of ``predicate``."""
-        return self._facts.get(predicate, _NONE)
+    def tuples(self, predicate: str) -> KeysView[Row]:
+        """Return the arguments of the true facts of ``predicate``, in the order they came."""
+        return self._facts.get(predicate, _NONE).rows()
+
+    def matching(self, predicate: str, pattern: Pattern) -> Collection[Row]:
+        """Return arguments of true facts: all that match ``pattern``, and few others."""
+        return self._facts.get(predicate, _NONE).matching(pattern)
 
     def facts(self) -> Iterator[Literal]:
         """Yield all true facts, sorted."""
         for predicate in sorted(self._facts):
-            for args in sorted(self._facts[predicate], key=str):
+            for args in sorted(self.tuples(predicate), key=str):
                 yield Literal(predicate, args)
 
     def changed(self, added: Iterable[Literal], deleted: Iterable[Literal] = ()) -> State:
         """Return the state after ``deleted``, then ``added``."""
-        drop: dict[str, set[tuple[Value, ...]]] = {}
-        gain: dict[str, set[tuple[Value, ...]]] = {}
+        drop: dict[str, dict[Row, None]] = {}
+        gain: dict[str, dict[Row, None]] = {}
         for fact in deleted:
-            drop.setdefault(fact.predicate, set()).add(fact.args)
+            drop.setdefault(fact.predicate, {})[fact.args] = None
         for fact in added:
-            gain.setdefault(fact.predicate, set()).add(fact.args)
+            gain.setdefault(fact.predicate, {})[fact.args] = None
         facts = dict(self._facts)
         fingerprint = self._fingerprint
-        for predicate in drop.keys() | gain.keys():
+        for predicate in drop | gain:
             before = facts.get(predicate, _NONE)
-            after = (before - drop.get(predicate, _NONE)) | gain.get(predicate, _NONE)
-            fingerprint ^= _mix(predicate, before ^ after)
-            facts[predicate] = frozenset(after)
-        return State._of({p: t for p, t in facts.items() if t}, fingerprint)
+            new = gain.get(predicate, {})
+            gone = [row for row in drop.get(predicate, ()) if row in before and row not in new]
+            came = [row for row in new if row not in before]
+            if gone or came:
+                fingerprint ^= _mix(predicate, (*gone, *came))
+                facts[predicate] = before.changed(gone, came)
+        return State._of({p: r for p, r in facts.items() if len(r)}, fingerprint)
 
     @classmethod
-    def _of(cls, facts: Mapping[str, Tuples], fingerprint: int) -> State:
+    def _of(cls, facts: Mapping[str, Relation], fingerprint: int) -> State:
         self = cls.__new__(cls)
         self._facts = facts
         self._fingerprint = fingerprint
@@ -68,10 +75,10 @@ class State:
 
     def difference(self, other: State) -> Iterator[Literal]:
         """Yield, as positive literals, the facts whose truth is not the same in ``other``."""
-        for predicate in self._facts.keys() | other._facts.keys():
-            mine, theirs = self.tuples(predicate), other.tuples(predicate)
+        for predicate in dict.fromkeys([*self._facts, *other._facts]):
+            mine, theirs = self._facts.get(predicate, _NONE), other._facts.get(predicate, _NONE)
             if mine is not theirs:
-                yield from (Literal(predicate, args) for args in mine ^ theirs)
+                yield from (Literal(predicate, args) for args in mine.difference(theirs))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
@@ -85,8 +92,8 @@ class State:
         return self.holds(literal)
 
 
-def _mix(predicate: str, tuples: Iterable[tuple[Value, ...]]) -> int:
+def _mix(predicate: str, rows: Iterable[Row]) -> int:
     mixed = 0
-    for args in tuples:
+    for args in rows:
         mixed ^= hash((predicate, args))
     return mixed

@@ -62,6 +62,12 @@ class Atom:
         )
         return Literal(self.predicate, args, positive)
 
+    def pattern(self, bindings: Bindings) -> tuple[Value | None, ...]:
+        """Return the terms' values, None for variables that have none."""
+        return tuple(
+            bindings.get(term.name) if isinstance(term, Variable) else term for term in self.terms
+        )
+
     def match(self, args: tuple[Value, ...], bindings: Bindings) -> dict[str, Value] | None:
         """Return ``bindings`` extended so that the terms equal ``args``, or None."""
         if len(args) != len(self.terms):

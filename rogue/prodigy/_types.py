@@ -12,6 +12,24 @@ TOP_TYPE = "top-type"
 
 
 @dataclass(frozen=True, slots=True)
+class TypeSpec:
+    """A set of types.
+
+    A type belongs to it if the nearest of its ancestors, itself first, that ``names`` or
+    ``excluded`` mention stands in ``names``. Every combination by and, or and not is one.
+    """
+
+    names: tuple[str, ...] = (TOP_TYPE,)
+    excluded: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        text = self.names[0] if len(self.names) == 1 else "(or " + " ".join(self.names) + ")"
+        if not self.excluded:
+            return text
+        return f"(and {text} " + " ".join(f"(not {name})" for name in self.excluded) + ")"
+
+
+@dataclass(frozen=True, slots=True)
 class TypeTree:
     """A single-inheritance tree of types under ``top-type``.
 
@@ -22,10 +40,17 @@ class TypeTree:
 
     parents: Mapping[str, str] = field(default_factory=dict)
     infinite: Mapping[str, str] = field(default_factory=dict)
+    _members: dict[TypeSpec, frozenset[str]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def names(self) -> tuple[str, ...]:
         """Return all type names."""
-        return (TOP_TYPE, *self.parents, *self.infinite)
+        return (*self.finite(), *self.infinite)
+
+    def finite(self) -> tuple[str, ...]:
+        """Return the names of the types that objects can have."""
+        return (TOP_TYPE, *self.parents)
 
     def __contains__(self, name: str) -> bool:
         return name == TOP_TYPE or name in self.parents or name in self.infinite
@@ -38,16 +63,33 @@ class TypeTree:
             name = self.parents[name]
         return True
 
+    def members(self, spec: TypeSpec) -> frozenset[str]:
+        """Return the types that belong to ``spec``, infinite ones left out."""
+        if spec not in self._members:
+            mine = (name for name in self.finite() if self._belongs(name, spec))
+            self._members[spec] = frozenset(mine)
+        return self._members[spec]
 
-@dataclass(frozen=True, slots=True)
-class TypeSpec:
-    """A set of types: any of ``names``, none of ``excluded``."""
+    def _belongs(self, name: str, spec: TypeSpec) -> bool:
+        while name not in spec.names and name not in spec.excluded:
+            if name not in self.parents:
+                return False
+            name = self.parents[name]
+        return name not in spec.excluded
 
-    names: tuple[str, ...] = (TOP_TYPE,)
-    excluded: tuple[str, ...] = ()
+    def infinite_of(self, spec: TypeSpec) -> tuple[str, ...]:
+        """Return the infinite types that belong to ``spec``."""
+        return tuple(name for name in spec.names if name in self.infinite)
 
-    def __str__(self) -> str:
-        return self.names[0] if len(self.names) == 1 else "(or " + " ".join(self.names) + ")"
+    def spec(self, members: frozenset[str]) -> TypeSpec:
+        """Return the specification to which exactly ``members`` belong, infinite ones too."""
+        names = [name for name in self.infinite if name in members]
+        excluded: list[str] = []
+        for name in self.finite():
+            above = name != TOP_TYPE and self.parents[name] in members
+            if (name in members) != above:
+                (excluded if above else names).append(name)
+        return TypeSpec(tuple(names), tuple(excluded))
 
 
 class Objects:
@@ -61,11 +103,11 @@ class Objects:
         self._cache: dict[TypeSpec, tuple[str, ...]] = {}
         self._positions = {name: at for at, name in enumerate(types_of)}
 
-    def position(self, value: Value) -> tuple[float, str]:
+    def position(self, value: Value) -> tuple[bool, float, str]:
         """Return a key that sorts objects as declared, after the numbers in their order."""
         if isinstance(value, str):
-            return (float(self._positions.get(value, len(self._positions))), value)
-        return (float("-inf"), f"{value:+030.9f}")
+            return (True, self._positions.get(value, len(self._positions)), value)
+        return (False, value, "")
 
     def __contains__(self, name: Value) -> bool:
         return name in self.types_of
@@ -77,17 +119,14 @@ class Objects:
     def is_a(self, value: Value, spec: TypeSpec) -> bool:
         """Say whether ``value`` is an object of one of the types of ``spec``."""
         kind = self.types_of.get(value) if isinstance(value, str) else None
-        if kind is None:
-            return False
-        tree = self.tree
-        return any(tree.is_a(kind, name) for name in spec.names) and not any(
-            tree.is_a(kind, name) for name in spec.excluded
-        )
+        return kind is not None and kind in self.tree.members(spec)
 
     def of(self, spec: TypeSpec) -> tuple[str, ...]:
         """Return the objects of the types of ``spec``."""
         if spec not in self._cache:
-            self._cache[spec] = tuple(o for o in self.types_of if self.is_a(o, spec))
+            members = self.tree.members(spec)
+            mine = (name for name, kind in self.types_of.items() if kind in members)
+            self._cache[spec] = tuple(mine)
         return self._cache[spec]
 
     def with_object(self, name: str, kind: str) -> Objects:

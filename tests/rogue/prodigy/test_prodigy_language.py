@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rogue.prodigy import (
+    Function,
     FunctionError,
     Literal,
     PdlError,
     SearchOptions,
+    SearchResult,
     SearchView,
     Status,
+    generator,
     load_domain,
     parse_domain,
     parse_literal,
@@ -52,7 +58,7 @@ def problem(goal: str = "(at a)", state: str = "(free a)", more: str = "") -> st
             "7:21",
             "1 arg",
         ),
-        (TYPES + GO.replace("(add", "(ad"), "4:16", "expected add, del, if or forall"),
+        (TYPES + GO.replace("(add", "(ad"), "4:17", "expected add, del, if or forall"),
         (
             TYPES + GO.replace("room))", "(and room (near <r>))))"),
             "3:30",
@@ -61,7 +67,7 @@ def problem(goal: str = "(at a)", state: str = "(free a)", more: str = "") -> st
         (TYPES + GO.replace("(params <r>)", "(params <q>)"), "2:22", "a variable declared in"),
         (TYPES + "(OPERATOR go (preconds () (p)))", "2:1", "expected (effects ...)"),
         (TYPES + GO + GO, "5:11", "a name that no operator and no inference rule"),
-        ('(ptype-of "room', "1:11", "that ends the string"),
+        ('(ptype-of "room', "1:11", "ending the string"),
         ("#| never ends", "1:1", "'|#' ending the comment"),
         ("(" * 200, "1:101", "at most 100 levels"),
         ("(infinite-type n #'nubmerp)", "1:20", "did you mean numberp?"),
@@ -124,29 +130,46 @@ NUMBERS = """
 """
 
 
-def successor(n: int, m: int | None = None) -> object:
-    return [n + 1] if m is None else m == n + 1
+@generator
+def successor(n: int, m: int | None) -> list[int]:
+    return [n + 1]
 
 
-def numbers(function: object) -> object:
-    domain = parse_domain(NUMBERS, functions={"next": function})  # type: ignore[dict-item]
+def numbers(function: Function) -> SearchResult:
+    domain = parse_domain(NUMBERS, functions={"next": function})
     text = "(create-problem (state (counter 0)) (goal (counter 1)))"
     return solve(parse_problem(text, domain), SearchOptions(max_nodes=200))
 
 
 def test_infinite_types_are_generated_by_functions() -> None:
-    domain = parse_domain(
-        NUMBERS, functions={"next": lambda n, m=None: [n + 1] if m is None else m == n + 1}
-    )
-    text = "(create-problem (state (counter 0)) (goal (counter 1)))"
-    result = solve(parse_problem(text, domain))
+    result = numbers(successor)
     assert result.status is Status.SOLVED
     assert [step.args for step in result.plan] == [(0, 1)]
 
 
-def test_a_function_that_raises_is_named() -> None:
-    with pytest.raises(FunctionError, match=r"function \(next 0 1\) raised"):
-        numbers(lambda n, m=None: 1 // 0)
+def endless(_n: int, _m: int | None) -> Iterator[int]:
+    yield from itertools.count()
+
+
+def breaking(_n: int, _m: int | None) -> Iterator[int]:
+    yield 1
+    raise OSError("out of order")
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (lambda n, m: [1 // 0], r"function \(next 0 None\) raised ZeroDivisionError"),
+        (breaking, r"function \(next 0 None\) raised OSError\('out of order'\)"),
+        (endless, r"gave more than 10000 values"),
+        (lambda n, m: 5, r"gave 5, expected values"),
+        (lambda n, m: [None], r"gave None, expected a value"),
+        (lambda n: [], r"raised TypeError"),
+    ],
+)
+def test_a_function_that_fails_is_named(function: Function, message: str) -> None:
+    with pytest.raises(FunctionError, match=message):
+        numbers(generator(function))
 
 
 RULES = """
@@ -211,3 +234,91 @@ def test_an_error_in_a_control_rule_names_its_place(rule: str, message: str) -> 
         parse_domain(f"{BLOCKS}(CONTROL-RULE wrong {rule})", file="rules.pdl")
     assert caught.value.position.line == BLOCKS.count("\n") + 1
     assert message in str(caught.value)
+
+
+FURNITURE = """
+;;; A file as it lies on somebody's disk.
+(in-package "USER")
+#| #| once |# (OPERATOR left-out) |#
+(setf *depth* '(a b)) (defun near (x y) (char= x #\\( y))
+(create-problem-space 'rooms :current t)
+(ptype-of ROOM :Top-Type)
+(ptype-of Hall Room)
+(pinstance-of lobby foyer HALL)
+(Operator GO
+  (preconds nil (and))
+  (effects nil ((add (at lobby)))))
+(operator WAIT
+  (params)
+  (preconds ((<r> (and Room (not Hall)))) (at lobby))
+  (effects () (add (waited <r>)))
+  (primary-effects (waited <r>)))
+"""
+
+
+def test_what_stands_around_a_domain_is_read_past() -> None:
+    domain = parse_domain(FURNITURE)
+    assert domain.name == "rooms"
+    assert domain.constants == {"lobby": "hall", "foyer": "hall"}
+    text = """(in-package "USER")
+        (setf (current-problem) (create-problem (name 'p) (objects (object-is r1 room) (a b hall))
+          (state (and)) (igoal (waited r1))))"""
+    result = solve(parse_problem(text, domain))
+    assert [str(step) for step in result.plan] == ["<GO>", "<WAIT>"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("(event rain (preconds () ()))", "expected no exogenous events"),
+        ('(load "rules.lisp")', "the text of that file"),
+        ("(setf x (operator go))", "found setf"),
+        ("(create-problem-space a) (create-problem-space b)", "only one create-problem-space"),
+    ],
+)
+def test_what_needs_lisp_is_refused(text: str, message: str) -> None:
+    with pytest.raises(PdlError, match=re.escape(message)):
+        parse_domain(text)
+
+
+@pytest.mark.parametrize(
+    ("spec", "names"),
+    [
+        ("(or cat dog)", "cat dog rex"),
+        ("(not cat)", "dog rex rock stone"),
+        ("(and animal (not cat))", "rex dog"),
+        ("(and (or animal stone) (not (or cat stone)))", "rex dog"),
+        ("(or (and animal (not dog)) puppy)", "cat rex"),
+        ("(and (not cat) (not stone) animal)", "dog rex"),
+        ("top-type", "cat dog rex rock stone"),
+    ],
+)
+def test_types_combine(spec: str, names: str) -> None:
+    text = f"""(ptype-of animal :top-type) (ptype-of cat animal) (ptype-of dog animal)
+        (ptype-of puppy dog) (ptype-of stone :top-type)
+        (pinstance-of cat cat) (pinstance-of dog dog) (pinstance-of rex puppy)
+        (pinstance-of rock stone stone)
+        (operator see (preconds ((<x> {spec}))) (effects () (add (seen <x>))))"""
+    domain = parse_domain(text)
+    (spec_of_x,) = (v.types for v in domain.operators[0].variables)
+    objects = parse_problem("(create-problem (goal ()))", domain).objects
+    assert set(objects.of(spec_of_x)) == set(names.split())
+    assert all(objects.is_a(name, spec_of_x) for name in names.split())
+
+
+@pytest.mark.parametrize(
+    ("types", "spec", "message"),
+    [
+        ("(ptype-of b :top-type)", "(and a b)", "that some object can have"),
+        ("(ptype-of b a)", "(and b (not a))", "that some object can have"),
+        ("(ptype-of b a)", "(xor a b)", "a type, (or TYPE ...)"),
+        ("(ptype-of b a)", "(and (diff <x> <x>))", "a type after and"),
+        ("(ptype-of a b) (ptype-of b :top-type)", "a", "a type that is not also declared with"),
+        ("(ptype-of top-type a)", "a", "a type other than the topmost one"),
+    ],
+)
+def test_types_that_cannot_be_are_refused(types: str, spec: str, message: str) -> None:
+    text = f"""(ptype-of a :top-type) {types}
+        (operator see (preconds ((<x> {spec}))) (effects () (add (seen <x>))))"""
+    with pytest.raises(PdlError, match=re.escape(message)):
+        parse_domain(text)
