@@ -23,7 +23,10 @@ COMMANDS = {
     ),
     "trace": ("_trace:trace", "Print the conversation, as Figure 6 of the paper shows it."),
     "why": ("_requests:why", "Say why a request stands where it does."),
-    "solve": ("_solve:solve", "Plan with PRODIGY: a domain and a problem in its own language."),
+    "solve": (
+        "_solve:solve",
+        "Plan with PRODIGY: a domain and a problem, in its own language or both in PDDL.",
+    ),
     "agent": (
         "_agent:agent",
         "Run the planner process alone.",

@@ -6,6 +6,7 @@ Pure and synchronous: no asyncio, no input or output beyond reading domain and p
 
 from __future__ import annotations
 
+from rogue.prodigy._costs import Costs
 from rogue.prodigy._domain import Domain, Effect, InferenceMode, InferenceRule, Operator
 from rogue.prodigy._errors import (
     FunctionError,
@@ -35,7 +36,7 @@ from rogue.prodigy._events import (
 )
 from rogue.prodigy._functions import Function, generator
 from rogue.prodigy._instance import Instance
-from rogue.prodigy._load import load_domain, load_problem
+from rogue.prodigy._load import load_domain, load_problem, load_task
 from rogue.prodigy._meta_predicates import MetaPredicate
 from rogue.prodigy._options import Mode, PollPoint, SearchOptions, Solutions
 from rogue.prodigy._parse_domain import parse_domain
@@ -48,6 +49,7 @@ from rogue.prodigy._search import Handler, Search
 from rogue.prodigy._snapshot import NodeState, SnapshotNode, TreeSnapshot
 from rogue.prodigy._solve import solve
 from rogue.prodigy._state import State
+from rogue.prodigy._task import Task
 from rogue.prodigy._terms import Literal, Value
 from rogue.prodigy._types import Objects
 from rogue.prodigy._validate import PlanFault, validate_plan
@@ -58,6 +60,7 @@ __all__ = [
     "Announced",
     "Candidate",
     "Choice",
+    "Costs",
     "DecideRule",
     "Decided",
     "Domain",
@@ -108,12 +111,14 @@ __all__ = [
     "Status",
     "StepView",
     "Stop",
+    "Task",
     "TreeSnapshot",
     "UnknownNameError",
     "Value",
     "generator",
     "load_domain",
     "load_problem",
+    "load_task",
     "parse_domain",
     "parse_literal",
     "parse_problem",

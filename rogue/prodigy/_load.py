@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +13,11 @@ from rogue.prodigy._meta_predicates import MetaPredicate
 from rogue.prodigy._parse_domain import parse_domain
 from rogue.prodigy._parse_problem import parse_problem
 from rogue.prodigy._problem import Problem
+from rogue.prodigy._task import Task
+from rogue.prodigy._text import read_text
+from rogue.prodigy.pddl import read_domain, read_problem
+
+_PDDL = re.compile(r"(?:\s|;[^\n]*\n)*\(\s*define\b", re.IGNORECASE)
 
 
 def load_domain(
@@ -27,7 +33,7 @@ def load_domain(
         OSError: If the file cannot be read.
     """
     return parse_domain(
-        _text(path), file=str(path), functions=functions, meta_predicates=meta_predicates
+        read_text(path), file=str(path), functions=functions, meta_predicates=meta_predicates
     )
 
 
@@ -38,15 +44,45 @@ def load_problem(path: str | Path, domain: Domain) -> Problem:
         PdlError: If the text is no valid problem, with line and column.
         OSError: If the file cannot be read.
     """
-    return parse_problem(_text(path), domain, file=str(path))
+    return parse_problem(read_text(path), domain, file=str(path))
 
 
-def _text(path: str | Path) -> str:
-    data = Path(path).read_bytes()
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = data[: error.start]
-        column = error.start - before.rfind(b"\n")
-        position = Position(str(path), before.count(b"\n") + 1, column)
-        raise PdlError(position, f"byte {data[error.start]:#04x}", "text in UTF-8") from None
+def load_task(
+    domain: str | Path,
+    problem: str | Path,
+    *,
+    functions: Mapping[str, Function] | None = None,
+    meta_predicates: Mapping[str, MetaPredicate] | None = None,
+) -> Task:
+    """Read a domain and a problem of it, both in PRODIGY's language or both in PDDL.
+
+    Args:
+        domain: A file; its text says which language it is in.
+        problem: A file in the same language.
+        functions: As for ``parse_domain``; PDDL has none.
+        meta_predicates: As for ``parse_domain``; PDDL has none.
+
+    Raises:
+        PdlError: If a text is not valid, with line and column.
+        OSError: If a file cannot be read.
+    """
+    about, what = read_text(domain), read_text(problem)
+    if is_pddl(about) != is_pddl(what):
+        found = _language(what)
+        expected = f"{_language(about)}, in which {domain} is written"
+        raise PdlError(Position(str(problem), 1, 1), found, expected)
+    if is_pddl(about):
+        return read_problem(what, read_domain(about, file=str(domain)), file=str(problem))
+    known = parse_domain(
+        about, file=str(domain), functions=functions, meta_predicates=meta_predicates
+    )
+    return Task(parse_problem(what, known, file=str(problem)))
+
+
+def is_pddl(text: str) -> bool:
+    """Say whether a text is in PDDL, by its first word; any other is taken as PRODIGY's."""
+    return _PDDL.match(text) is not None
+
+
+def _language(text: str) -> str:
+    return "PDDL" if is_pddl(text) else "PRODIGY's language"

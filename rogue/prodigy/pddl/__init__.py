@@ -7,8 +7,7 @@ themselves, and action costs. Anything else is refused where it stands.
 
 from __future__ import annotations
 
-from rogue.prodigy.pddl._costs import Costs
 from rogue.prodigy.pddl._read_domain import SUPPORTED, PddlDomain, read_domain
-from rogue.prodigy.pddl._read_problem import Task, read_problem
+from rogue.prodigy.pddl._read_problem import read_problem
 
-__all__ = ["SUPPORTED", "Costs", "PddlDomain", "Task", "read_domain", "read_problem"]
+__all__ = ["SUPPORTED", "PddlDomain", "read_domain", "read_problem"]

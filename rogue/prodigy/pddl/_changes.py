@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from rogue.prodigy._costs import TOTAL_COST, Amount, Combined, Cost, Lookup
 from rogue.prodigy._domain import Effect
 from rogue.prodigy._expressions import TRUE, Expression, VariableSpec
 from rogue.prodigy._reader import Word
 from rogue.prodigy.pddl._conditions import EQUAL, Conditions
-from rogue.prodigy.pddl._costs import TOTAL_COST, Amount, Combined, Cost, Lookup
 from rogue.prodigy.pddl._phrases import Phrase
 from rogue.prodigy.pddl._scope import Scope
 from rogue.prodigy.pddl._vocabulary import refuse

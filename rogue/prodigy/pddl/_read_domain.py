@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+from rogue.prodigy._costs import TOTAL_COST, Combined, Cost, has_value, lookups
 from rogue.prodigy._domain import Domain, Effect, Operator
 from rogue.prodigy._expressions import And, Expression, Holds
 from rogue.prodigy._functions import BUILT_IN
 from rogue.prodigy._terms import Atom
 from rogue.prodigy.pddl._changes import Case, Changes
 from rogue.prodigy.pddl._conditions import EQUAL, Conditions, with_tests
-from rogue.prodigy.pddl._costs import TOTAL_COST, Combined, Cost, has_value, lookups
 from rogue.prodigy.pddl._phrases import Phrase, parse_phrase
 from rogue.prodigy.pddl._scope import Scope
 from rogue.prodigy.pddl._vocabulary import (

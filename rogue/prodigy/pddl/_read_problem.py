@@ -3,36 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from rogue.prodigy._costs import TOTAL_COST, Costs, has_value
 from rogue.prodigy._domain import Domain
 from rogue.prodigy._expressions import Expression, atoms
 from rogue.prodigy._problem import Problem
 from rogue.prodigy._reader import Word
 from rogue.prodigy._state import State
+from rogue.prodigy._task import Task
 from rogue.prodigy._terms import Atom, Literal
 from rogue.prodigy._types import Objects
 from rogue.prodigy.pddl._conditions import EQUAL, Conditions
-from rogue.prodigy.pddl._costs import TOTAL_COST, Costs, has_value
 from rogue.prodigy.pddl._phrases import Phrase, parse_phrase
 from rogue.prodigy.pddl._read_domain import PddlDomain, check_requirements
 from rogue.prodigy.pddl._scope import Scope
 from rogue.prodigy.pddl._vocabulary import Vocabulary, refuse
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A problem with its costs.
-
-    Attributes:
-        problem: What PRODIGY plans.
-        costs: What plans cost.
-        minimize: Whether the problem asks for a plan that costs little.
-    """
-
-    problem: Problem
-    costs: Costs
-    minimize: bool
 
 
 def read_problem(text: str, domain: PddlDomain, *, file: str = "problem") -> Task:

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from prodigy_random_cases import Case, as_problem, cases
 
-from rogue.prodigy import Mode, PdlError, SearchOptions, Status, solve, validate_plan
-from rogue.prodigy.pddl import Task, read_domain, read_problem
+from rogue.prodigy import Mode, PdlError, SearchOptions, Status, Task, solve, validate_plan
+from rogue.prodigy.pddl import read_domain, read_problem
 
 DOMAIN = """
 ; Lights in rooms, and a robot that carries lamps. Upper and lower case are one.

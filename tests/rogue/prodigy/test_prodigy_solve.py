@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 
 import rogue.prodigy
-from rogue._cli_solve import solve as solve_command
 from rogue.prodigy import (
     Literal,
     Mode,
@@ -116,31 +114,6 @@ def test_a_tree_is_drawn_as_text() -> None:
     drawn = render_tree(search.nodes()).splitlines()
     assert drawn[0] == "n2 (done)"
     assert any(line.strip().endswith("[PACK]") for line in drawn)
-
-
-def run_command(name: str, **options: object) -> int:
-    domain = DOMAINS / f"{name.split('-', maxsplit=1)[0]}.pdl"
-    return solve_command(domain, DOMAINS / f"{name}.pdl", **options)  # type: ignore[arg-type]
-
-
-def test_the_command_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command("rockets-two", json=True) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert sorted(document) == ["nodes", "plan", "seconds", "status", "trace"]
-    assert document["status"] == "solved"
-    assert document["plan"][2] == "fly apollo here there"
-
-
-def test_the_command_tells_no_plan_from_a_bad_file(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    assert run_command("rockets-back") == 1
-    assert "proved unsolvable" in capsys.readouterr().out
-    bad = tmp_path / "bad.pdl"
-    bad.write_text("(create-problem (goal")
-    assert solve_command(DOMAINS / "rockets.pdl", bad) == 2
-    assert "bad.pdl:1:22: found the end of the text" in capsys.readouterr().err
-    assert solve_command(tmp_path / "none.pdl", bad) == 2
 
 
 def test_the_public_names_are_sorted_and_there() -> None:
