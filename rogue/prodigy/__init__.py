@@ -35,6 +35,7 @@ from rogue.prodigy._events import (
     StepView,
 )
 from rogue.prodigy._functions import Function, generator
+from rogue.prodigy._goal_tree import GoalTree, Standing, TreeNode, TreeStep, goal_tree
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._load import load_domain, load_problem, load_task
 from rogue.prodigy._meta_predicates import MetaPredicate
@@ -73,6 +74,7 @@ __all__ = [
     "Found",
     "Function",
     "FunctionError",
+    "GoalTree",
     "Handler",
     "InferenceMode",
     "InferenceRule",
@@ -107,15 +109,19 @@ __all__ = [
     "SequenceError",
     "SnapshotNode",
     "Solutions",
+    "Standing",
     "State",
     "Status",
     "StepView",
     "Stop",
     "Task",
+    "TreeNode",
     "TreeSnapshot",
+    "TreeStep",
     "UnknownNameError",
     "Value",
     "generator",
+    "goal_tree",
     "load_domain",
     "load_problem",
     "load_task",

@@ -46,6 +46,10 @@ class NodeView:
         args: Values of the operator's ``params``, empty before they are bound.
         failure: Why it failed, empty if it did not.
         executed: Whether its action was executed.
+        above: Numbers of what it hangs from in the goal tree: of a goal the bindings that needed
+            it when it was chosen, of an operator or binding its goal, of an applied operator its
+            binding.
+        needs: Preconditions of a binding or applied operator.
     """
 
     number: int
@@ -59,6 +63,8 @@ class NodeView:
     args: tuple[Value, ...]
     failure: str = ""
     executed: bool = False
+    above: tuple[int, ...] = ()
+    needs: tuple[Literal, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,7 +108,16 @@ class Node:
             self.instance.args if self.instance else (),
             self.failure,
             self.executed,
+            tuple(node.number for node in self.above()),
+            self.instance.preconditions if self.instance else (),
         )
+
+    def above(self) -> tuple[Node, ...]:
+        """Return what it hangs from in the goal tree."""
+        if self.kind is NodeKind.GOAL:
+            return self.needed_by
+        one = self.binding if self.kind is NodeKind.APPLIED else self.goal_node
+        return (one,) if one else ()
 
     def step(self) -> StepView:
         """Return the instance of a binding or applied node as a step of a plan."""

@@ -1,36 +1,75 @@
-"""Search trees as text."""
+"""Goal trees as text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator
+from typing import NamedTuple
 
-from rogue.prodigy._events import NodeKind, NodeView
-
-_MARKS = {
-    NodeKind.GOAL: ("(", ")"),
-    NodeKind.OPERATOR: ("", ""),
-    NodeKind.BINDING: ("<", ">"),
-    NodeKind.APPLIED: ("[", "]"),
-}
+from rogue.prodigy._goal_tree import GoalTree, Standing, TreeNode
 
 
-def render_tree(nodes: Iterable[NodeView]) -> str:
-    """Return the goal tree of a search as indented text, one node a line.
+def render_tree(tree: GoalTree) -> str:
+    """Return a goal tree as indented text, a goal or an operator a line, then the plan.
 
-    Goals stand under the operator that needs them, applied operators in square brackets with
-    ``*`` if they were executed, failures with their reason. Roots and *finish* are left out.
-
-    Args:
-        nodes: As ``Search.nodes()`` gives them.
+    Goals stand in round brackets under the operator that needs them, operators in angle brackets
+    under the goal that they serve, each with how it stands. A goal that several operators need
+    stands under the first; the others refer to it.
     """
-    return "\n".join(_line(node) for node in nodes if node.parent and node.literal is not None)
+    lines = [f"{row.indent}{row.branch}{_text(row)}" for row in _rows(tree)]
+    if tree.steps:
+        lines += ["", "Solution:" if tree.status == "solved" else "Plan:"]
+        lines += [f"{at:3d} {s.text} {s.standing.value}" for at, s in enumerate(tree.steps, 1)]
+    return "\n".join(lines)
 
 
-def _line(node: NodeView) -> str:
-    opening, closing = _MARKS[node.kind]
-    text = node.text.strip("<>()") if opening else node.text
-    if node.kind is NodeKind.GOAL and node.literal is not None and not node.literal.positive:
-        text, opening, closing = node.text, "", ""
-    executed = " *" if node.executed else ""
-    failed = f"  -- {node.failure}" if node.failure else ""
-    return f"{'  ' * node.level}n{node.number} {opening}{text}{closing}{executed}{failed}"
+class _Row(NamedTuple):
+    """A node as it is printed; a reference stands for one that is printed elsewhere."""
+
+    node: TreeNode
+    indent: str
+    branch: str
+    is_reference: bool
+
+
+def _rows(tree: GoalTree) -> Iterator[_Row]:
+    known = {node.number: node for node in tree.nodes}
+    below: dict[int, list[TreeNode]] = {number: [] for number in known}
+    roots: list[TreeNode] = []
+    for node in tree.nodes:
+        above = [number for number in node.above if number in known]
+        for number in above:
+            below[number].append(node)
+        if not above:
+            roots.append(node)
+    agenda = [_Row(node, "", "", is_reference=False) for node in reversed(roots)]
+    while agenda:
+        row = agenda.pop()
+        yield row
+        if not row.is_reference:
+            agenda.extend(reversed(_below(row, below[row.node.number])))
+
+
+def _below(row: _Row, nodes: list[TreeNode]) -> list[_Row]:
+    indent = row.indent + {"": "", "├─ ": "│  ", "└─ ": "   "}[row.branch]
+    branches = ["├─ "] * (len(nodes) - 1) + ["└─ "]
+    return [
+        _Row(node, indent, branch, node.above[0] != row.node.number)
+        for node, branch in zip(nodes, branches, strict=False)
+    ]
+
+
+def _text(row: _Row) -> str:
+    node = row.node
+    opening, closing = "()" if node.is_goal else "<>"
+    words = " ".join(filter(None, (node.name, node.args)))
+    text = f"{opening}{words}{closing}"
+    if row.is_reference:
+        return f"{text}, see n{node.number}"
+    return f"n{node.number} {text} {_standing(node)}"
+
+
+def _standing(node: TreeNode) -> str:
+    said = node.standing.value
+    if node.applied and node.standing in {Standing.DONE, Standing.EXECUTED, Standing.RUNNING}:
+        said = f"{said} as n{node.applied[-1]}"
+    return f"{said}: {node.note}" if node.note else said

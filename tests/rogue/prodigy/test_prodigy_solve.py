@@ -11,14 +11,12 @@ from rogue.prodigy import (
     Literal,
     Mode,
     Problem,
-    Search,
     SearchOptions,
     SequenceError,
     Status,
     StepView,
     load_domain,
     load_problem,
-    render_tree,
     solve,
     validate_plan,
 )
@@ -106,14 +104,6 @@ def test_levels_print_nothing_the_plan_nodes_or_rules() -> None:
 def test_solve_does_not_execute() -> None:
     with pytest.raises(SequenceError):
         solve(load("shop-pack"), SearchOptions(execute=True))
-
-
-def test_a_tree_is_drawn_as_text() -> None:
-    search = Search(load("shop-pack"))
-    list(search.events())
-    drawn = render_tree(search.nodes()).splitlines()
-    assert drawn[0] == "n2 (done)"
-    assert any(line.strip().endswith("[PACK]") for line in drawn)
 
 
 def test_the_public_names_are_sorted_and_there() -> None:

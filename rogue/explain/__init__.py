@@ -1,0 +1,7 @@
+"""What the planner thinks, made visible and told in sentences; pure, without a bus."""
+
+from __future__ import annotations
+
+from rogue.explain._svg import draw_svg
+
+__all__ = ["draw_svg"]
