@@ -33,6 +33,7 @@ class Outcomes:
     sender: TaskSender
     _known: OrderedDict[Try, ReportOutcome] = field(default_factory=OrderedDict)
     _reporting: set[Try] = field(default_factory=set)
+    _asked_again: set[Try] = field(default_factory=set)
 
     def known(self, id: str, attempt: int) -> ReportOutcome | None:
         """How an attempt ended, if that is still remembered."""
@@ -52,9 +53,10 @@ class Outcomes:
             del self._known[oldest]
 
     def report(self, report: ReportOutcome) -> None:
-        """Report it, again if need be; once at a time."""
+        """Report it, and once more if central asks while it is being reported."""
         key = (report.id, report.attempt)
         if key in self._reporting:
+            self._asked_again.add(key)
             return
         name = f"{self.core.name}.report.{report.id}"
         # A module that is closing reports no more; central sees it leave.
@@ -70,12 +72,15 @@ class Outcomes:
                     await self.sender.ask_central(report, timeout=REPORT_PATIENCE)
                 except OUT_OF_REACH as error:
                     logger.warning("outcome of task %s is not reported yet: %s", report.id, error)
-                else:
+                    continue
+                if key not in self._asked_again:
                     return
+                self._asked_again.discard(key)
         except TcaError:
             logger.exception("central does not take the outcome of task %s", report.id)
         finally:
             self._reporting.discard(key)
+            self._asked_again.discard(key)
 
 
 def killed(id: str, attempt: int) -> ReportOutcome:
