@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import time
@@ -11,22 +12,21 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from tca_bus import ConfigError, Module, RefusedError, configure_logging
+from tca_bus import ConfigError, configure_logging
 from tca_bus.cli import (
     DEFAULT_FLAGS,
     BusFlags,
     bus_options,
-    emit,
     emit_json,
     make_app,
     run_app,
-    show_table,
 )
+from xavier_sim.cli_world import COMMANDS
 from xavier_sim.floor import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.keyboard import Keyboard
-from xavier_sim.messages import DoorState, MoveDoor, TrueLocation, WhereReally, WorldDoors
 from xavier_sim.pacing import parse_speed
 from xavier_sim.people import People
+from xavier_sim.profile import XAVIER, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.robot_module import RobotModule
 from xavier_sim.robot_state import RobotState
 from xavier_sim.simulated_time import SimClock
@@ -34,7 +34,7 @@ from xavier_sim.snapshots import SnapshotFile, write_atomically
 from xavier_sim.speech_module import SimulatedPeople, SpeechModule, Typist
 from xavier_sim.spoken_record import RecordFile
 from xavier_sim.survey import plan_to_yaml, survey_floor
-from xavier_sim.world import UnknownDoorError, World
+from xavier_sim.world import World
 
 app = make_app("xavier", help="The simulated robot, the office round it, and its speech board.")
 
@@ -47,6 +47,7 @@ async def run(
     map: str = DEFAULT_FLOOR,  # noqa: A002 - the flag is --map
     seed: int = 0,
     speed: str = "1",
+    battery: float | None = None,
     data: Data = None,
     epoch: str | None = None,
     flags: BusFlags = DEFAULT_FLAGS,
@@ -57,12 +58,14 @@ async def run(
         map: Floor plan: the name of a floor that comes with it, or a YAML file.
         seed: Seed of all noise, 0 or more.
         speed: Simulated seconds per second, or "max" for lockstep with the driver.
+        battery: Hours that a full battery lasts standing, or half of them driving; it needs no
+            charging when not given.
         data: Folder to keep the world in, so that a restarted one goes on.
         epoch: Simulated time at the start, ISO 8601; now when not given.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
-    state, store = open_world(map, seed, speed, data, epoch)
+    state, store = open_world(map, seed, speed, data, epoch, battery=battery)
     await RobotModule(state, store, bus_options(flags)).run()
 
 
@@ -98,36 +101,6 @@ async def speech(
 
 
 @app.command
-async def door(
-    room: str, move: Literal["open", "close"], /, *, flags: BusFlags = DEFAULT_FLAGS
-) -> None:
-    """Open or close the door of a room.
-
-    Args:
-        room: A room such as r-5303, or a door by its name.
-        move: What to do with it.
-        flags: Where the bus is.
-    """
-    async with Module(_client_name(), options=bus_options(flags)) as module:
-        rooms = [state.room for state in await module.query(WorldDoors())]
-        if room.lower() not in rooms and not room.startswith("d-"):
-            raise UnknownDoorError(room, rooms)
-        state = await module.query(MoveDoor(room=room.lower(), open=move == "open"))
-    _show_door(state, wanted=move == "open", as_json=flags.json)
-
-
-@app.command
-async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
-    """Show where the robot really is."""
-    async with Module(_client_name(), options=bus_options(flags)) as module:
-        truth = await module.query(WhereReally())
-    if flags.json:
-        emit_json(truth)
-    else:
-        show_table(["what", "value"], _location_rows(truth))
-
-
-@app.command
 def survey(
     floor: str,
     /,
@@ -157,7 +130,13 @@ def survey(
 
 
 def open_world(
-    floor: str, seed: int, speed: str, data: Path | None, epoch: str | None
+    floor: str,
+    seed: int,
+    speed: str,
+    data: Path | None,
+    epoch: str | None,
+    *,
+    battery: float | None = None,
 ) -> tuple[RobotState, SnapshotFile | None]:
     """Make the world that the flags of ``xavier run`` name, or go on with the one in ``data``.
 
@@ -169,7 +148,8 @@ def open_world(
     pace = parse_speed(speed)
     start = _epoch(epoch)
     plan = load_floor(str(find_floor(floor)))
-    state = RobotState(World(plan, _seed(seed)), SimClock(start), speed=pace)
+    world = World(plan, _seed(seed), _with_battery(battery))
+    state = RobotState(world, SimClock(start), speed=pace)
     if data is None:
         return state, None
     store = SnapshotFile(data)
@@ -186,6 +166,16 @@ def _seed(seed: int) -> int:
     return seed
 
 
+def _with_battery(hours: float | None) -> RobotProfile:
+    if hours is None:
+        return XAVIER
+    if not 0.0 < hours < math.inf:
+        raise ConfigError("--battery", hours, "hours above 0")
+    seconds = 3600.0 * hours
+    battery = BatteryProfile(standing_seconds=seconds, metres=seconds * XAVIER_CRUISE)
+    return XAVIER.model_copy(update={"battery": battery})
+
+
 def _epoch(text: str | None) -> float:
     if text is None:
         return time.time()
@@ -195,29 +185,8 @@ def _epoch(text: str | None) -> float:
         raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
 
 
-def _client_name() -> str:
-    return f"xavier-{os.getpid()}"
-
-
-def _show_door(state: DoorState, *, wanted: bool, as_json: bool) -> None:
-    if state.open != wanted:
-        raise RefusedError(f"closing the door of {state.room}", "the robot stands in it")
-    if as_json:
-        emit_json(state)
-    else:
-        emit(f"The door of {state.room} is {'open' if state.open else 'closed'}.")
-
-
-def _location_rows(truth: TrueLocation) -> list[tuple[str, str]]:
-    return [
-        ("room", truth.room or "none"),
-        ("space", truth.space or "none"),
-        ("x", f"{truth.x:.3f} m"),
-        ("y", f"{truth.y:.3f} m"),
-        ("theta", f"{truth.theta:.3f} rad"),
-        ("driven", f"{truth.metres:.1f} m"),
-        ("bumps", str(truth.bumps)),
-    ]
+for command in COMMANDS:
+    app.command(command)
 
 
 def main() -> None:

@@ -39,6 +39,7 @@ def check_floor(file: str, plan: FloorPlan) -> None:
     for door in plan.doors:
         _check_door(file, door, spaces)
     _check_places(file, plan, spaces)
+    _check_charger(file, plan)
     _check_ways(file, plan, spaces)
 
 
@@ -98,6 +99,12 @@ def _check_places(file: str, plan: FloorPlan, spaces: dict[str, Space]) -> None:
     for space in plan.spaces:
         if space.kind is SpaceKind.ROOM and space.name not in plan.places:
             raise FloorError(file, f"place of {space.name}", None, "a point inside the room")
+
+
+def _check_charger(file: str, plan: FloorPlan) -> None:
+    at = plan.charger
+    if at is not None and space_at(plan, at.x, at.y) is None:
+        raise FloorError(file, "charger", f"({at.x:g}, {at.y:g})", "a point inside a space")
 
 
 def _check_ways(file: str, plan: FloorPlan, spaces: dict[str, Space]) -> None:

@@ -10,6 +10,9 @@ import numpy as np
 from xavier_sim.noise import restore_stream, stream, stream_state
 from xavier_sim.profile import OdometryProfile
 
+SLIP_SHARE = 1.0
+"""Metres that slipping wheels count too much or too little for each metre that is driven."""
+
 
 class Odometry:
     """Integrates motion with errors of scale and drift, noise, and jumps at bumps.
@@ -25,13 +28,22 @@ class Odometry:
         self._drift = profile.drift_bias * float(draw())
         self._turn_scale = 1.0 + profile.turn_bias * float(draw())
         self.x, self.y, self.theta = 0.0, 0.0, 0.0
+        self.slipping = 0.0
+
+    def slip(self, metres: float, turn: float) -> None:
+        """Count ``metres`` too much from now on (too little when negative), and turn at once.
+
+        The wheels slip for as long as it takes: by `SLIP_SHARE` of the way that is driven.
+        """
+        self.slipping += metres
+        self.theta = wrap(self.theta + turn)
 
     def move(self, distance: float, turn: float) -> None:
         """Take in the true motion of one control tick: metres along the heading, radians."""
         profile, draw = self._profile, self._random.standard_normal(3)
         root = math.sqrt(abs(distance))
         noise = profile.distance_noise * root * float(draw[0])
-        seen = distance * self._scale + noise
+        seen = distance * self._scale + noise + self._slipped(distance)
         seen_turn = turn * self._turn_scale + self._drift * abs(distance)
         seen_turn += profile.turn_noise * math.sqrt(abs(turn)) * float(draw[1])
         seen_turn += profile.drift_noise * root * float(draw[2])
@@ -39,6 +51,13 @@ class Odometry:
         self.x += seen * math.cos(middle)
         self.y += seen * math.sin(middle)
         self.theta = wrap(self.theta + seen_turn)
+
+    def _slipped(self, distance: float) -> float:
+        """What the wheels count too much over a true ``distance``, metres."""
+        most = SLIP_SHARE * abs(distance)
+        error = max(-most, min(most, self.slipping))
+        self.slipping -= error
+        return math.copysign(1.0, distance) * error if distance else 0.0
 
     def jolt(self) -> None:
         """Jump a little, as wheels do that were knocked."""
@@ -56,12 +75,14 @@ class Odometry:
         return {
             "pose": [self.x, self.y, self.theta],
             "errors": [self._scale, self._drift, self._turn_scale],
+            "slipping": self.slipping,
             "random": stream_state(self._random),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go back to a snapshot."""
         self.x, self.y, self.theta = state["pose"]
+        self.slipping = state["slipping"]
         self._scale, self._drift, self._turn_scale = state["errors"]
         restore_stream(self._random, state["random"])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from xavier_sim.messages import SONAR_CONE, SONAR_FARTHEST, SONAR_NEAREST, SONAR_RING_RADIUS
 
@@ -15,6 +15,10 @@ TICK = 0.1
 """Seconds of one control tick: five physics steps."""
 
 STEPS_PER_TICK = 5
+
+
+XAVIER_CRUISE = 0.5
+"""Metres per second at which a driving robot needs twice the current of a standing one."""
 
 
 class BaseProfile(BaseModel):
@@ -81,6 +85,42 @@ class SonarProfile(BaseModel):
     """One of so many parts of the ring fires at each tick."""
 
 
+class CameraProfile(BaseModel):
+    """The colour camera on its pan-tilt head: metres and radians, shares from 0 to 1.
+
+    What is seen worse, from farther or more askance, has a *badness* of 0 to 2; the shares of
+    plates that are not found, or misread, grow with it.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    nearest: float = 0.3
+    farthest: float = 2.0
+    most_askance: float = math.radians(60.0)
+    pan: float = math.radians(159.0)
+    """How far the head turns to either side."""
+    blank: float = 0.02
+    blank_growth: float = 0.08
+    misread: float = 0.01
+    misread_growth: float = 0.04
+
+
+class BatteryProfile(BaseModel):
+    """What the battery lasts for: seconds of standing, or metres on top of that.
+
+    Xavier ran a few hours a day; by default it runs here for four hours standing, two driving.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    standing_seconds: float = Field(default=4 * 3600.0, gt=0.0)
+    metres: float = Field(default=4 * 3600.0 * XAVIER_CRUISE, gt=0.0)
+    charging_seconds: float = Field(default=3600.0, gt=0.0)
+    low: float = 0.2
+    charger_reach: float = 0.5
+    """Metres from the charger within which a standing robot is charged."""
+
+
 class RobotProfile(BaseModel):
     """The whole robot."""
 
@@ -89,6 +129,9 @@ class RobotProfile(BaseModel):
     base: BaseProfile = BaseProfile()
     odometry: OdometryProfile = OdometryProfile()
     sonar: SonarProfile = SonarProfile()
+    camera: CameraProfile = CameraProfile()
+    battery: BatteryProfile | None = None
+    """None for a robot that never needs charging."""
 
 
 XAVIER = RobotProfile()

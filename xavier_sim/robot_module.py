@@ -12,22 +12,14 @@ from tca_bus import (
     Context,
     Module,
     SimulatedTime,
-    TaskError,
 )
 from xavier_sim.driver import STOP, Driver
-from xavier_sim.messages import (
-    DoorState,
-    Drive,
-    MoveDoor,
-    TrueLocation,
-    WhereReally,
-    WorldDoors,
-)
+from xavier_sim.messages import Drive
 from xavier_sim.pacing import ALONE_PAUSE, ANSWER_PATIENCE, IDLE_REPEAT, Metronome, may_tick
+from xavier_sim.robot_desk import RobotDesk
 from xavier_sim.robot_state import RobotState
 from xavier_sim.simulated_time import HOLD_LIMIT, Demands, TimeNews
 from xavier_sim.snapshots import SnapshotFile
-from xavier_sim.world import UnknownDoorError
 
 log = logging.getLogger(__name__)
 
@@ -56,14 +48,9 @@ class RobotModule:
         self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
-        for message_type, handler in (
-            (Drive, self._on_drive),
-            (AwaitTime, self._on_await_time),
-            (WhereReally, self._on_where),
-            (WorldDoors, self._on_doors),
-            (MoveDoor, self._on_move_door),
-        ):
-            self._module.serve(message_type, handler)
+        self._desk = RobotDesk(state, self._module, self._change)
+        self._module.serve(Drive, self._on_drive)
+        self._module.serve(AwaitTime, self._on_await_time)
 
     async def run(self) -> None:
         """Run until cancelled; then keep the world.
@@ -168,6 +155,7 @@ class RobotModule:
         self._changed = True
         if self._demands.reached(self._state.now, time.monotonic()):
             self._news.hurry()
+        await self._desk.tell_battery()
 
     async def _send_sensors(self) -> None:
         self._sensors_sent = time.monotonic()
@@ -214,17 +202,7 @@ class RobotModule:
             self._news.hurry()
         self._bell.set()
 
-    async def _on_where(self, _query: WhereReally, _context: Context) -> TrueLocation:
-        return self._state.true_location()
-
-    async def _on_doors(self, _query: WorldDoors, _context: Context) -> list[DoorState]:
-        return self._state.door_states()
-
-    async def _on_move_door(self, query: MoveDoor, _context: Context) -> DoorState:
-        try:
-            room, is_open = self._state.world.set_door(query.room, is_open=query.open)
-        except UnknownDoorError as error:
-            raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
+    def _change(self) -> None:
+        """Keep a world that was changed by a command soon, and look whether time may move."""
         self._changed, self._saved_at = True, float("-inf")
         self._bell.set()
-        return DoorState(room=room, open=is_open)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from xavier_sim.messages import DoorState, Sensors, TrueLocation
+from xavier_sim.messages import BatteryState, DoorState, FaultState, Sensors, TrueLocation
 from xavier_sim.profile import TICK
 from xavier_sim.simulated_time import SimClock
 from xavier_sim.snapshots import Saved
@@ -88,3 +88,26 @@ class RobotState:
     def door_states(self) -> list[DoorState]:
         """Every door as a message."""
         return [DoorState(room=room, open=is_open) for room, is_open in self.world.doors().items()]
+
+    def battery_state(self) -> BatteryState:
+        """How full the battery is, as a message; a robot without one is always full."""
+        battery = self.world.battery
+        return BatteryState(
+            charge=round(battery.charge, 6) if battery else 1.0,
+            low=battery is not None and battery.low,
+            charging=battery is not None and battery.charging,
+            charger=self.world.plan.charger,
+            time=self.now,
+        )
+
+    def fault_state(self) -> FaultState:
+        """What is wrong with the robot, as a message."""
+        truth = self.world.truth()
+        return FaultState(
+            camera_on=self.world.camera.is_on,
+            slip=self.world.slipping,
+            room=truth.room,
+            space=truth.space,
+            tick=truth.tick,
+            time=self.now,
+        )

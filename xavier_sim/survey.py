@@ -29,7 +29,7 @@ class Survey:
         self._ys = self._measure_lines({corner.y for corner in corners})
 
     def plan(self) -> FloorPlan:
-        """The surveyed plan; places and start keep their coordinates.
+        """The surveyed plan; places, start and charger keep their coordinates.
 
         Raises:
             FloorError: the errors are so large that the plan fell apart.
@@ -84,6 +84,7 @@ def plan_to_yaml(plan: FloorPlan) -> str:
     lines += ["places:" if plan.places else "places: {}"]
     lines += [f"  {name}: {_corner(point)}" for name, point in plan.places.items()]
     lines += [f"start: {_corner(plan.start)}", f"start_heading: {plan.start_heading!r}"]
+    lines += [f"charger: {_corner(plan.charger)}"] if plan.charger else []
     return "\n".join(lines) + "\n"
 
 

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from tca_bus import TcaError, near_matches, near_or_all
 from xavier_sim.base import clip_command, next_speed, next_turn_rate
+from xavier_sim.battery import Battery
 from xavier_sim.bumpers import Bumpers
+from xavier_sim.camera import Camera, Look
 from xavier_sim.geometry import build_geometry, space_at
 from xavier_sim.messages import FloorPlan, SpaceKind
 from xavier_sim.odometry import Odometry, wrap
@@ -28,6 +30,13 @@ BEFORE_DOOR = 0.9
 """A robot in the corridor is before a door when its centre is this near to it, metres."""
 
 
+STANDING = 1e-4
+"""A robot that moves no more than this in a tick stands, metres."""
+
+ON_WALL = 0.05
+"""What is so near before a wall, in metres, is on it."""
+
+
 class UnknownDoorError(TcaError, LookupError):
     """The floor has no door of that name and no room with a door."""
 
@@ -38,6 +47,16 @@ class UnknownDoorError(TcaError, LookupError):
         self.near = near_matches(name, known)
         hint = near_or_all(name, known)
         super().__init__(f"there is no room or door {name!r} on this floor.{hint}")
+
+
+class NotFreeError(TcaError, ValueError):
+    """The robot cannot stand at a point, in metres; ``why`` is a half-sentence about it."""
+
+    exit_code = 2
+
+    def __init__(self, x: float, y: float, why: str) -> None:
+        self.x, self.y, self.why = x, y, why
+        super().__init__(f"the robot cannot be put at ({x:.5g}, {y:.5g}): {why}")
 
 
 @dataclass(frozen=True)
@@ -89,6 +108,8 @@ class World:
         self._odometry = Odometry(profile.odometry, seed)
         self._sonar = SonarRing(profile.sonar, seed)
         self._bumpers = Bumpers()
+        self.camera = Camera(self.geometry, profile.camera, seed)
+        self.battery = Battery(profile.battery) if profile.battery else None
         self._index = _door_index(self.geometry.door_names, self.geometry.door_rooms)
         self._open = [True] * len(self.geometry.door_names)
         for door in range(len(self._open)):
@@ -104,11 +125,16 @@ class World:
             speed: wanted velocity along the heading, m/s; clipped to what the base can do.
             turn_rate: wanted rad/s, counter-clockwise positive; clipped likewise.
         """
+        if self.battery and self.battery.empty:
+            speed, turn_rate = 0.0, 0.0
         before = self._physics.state
         touches, prevented = self._drive(*clip_command(self.profile.base, speed, turn_rate))
         now = self._physics.state
         self.tick += 1
-        self.metres += math.hypot(now.x - before.x, now.y - before.y)
+        way = math.hypot(now.x - before.x, now.y - before.y)
+        self.metres += way
+        if self.battery:
+            self.battery.use(way, TICK, at_charger=way < STANDING and self._at_charger(now))
         self._reckon(before, now, prevented)
         panels, began = self._bumpers.feel(touches, now.theta)
         if began:
@@ -148,9 +174,52 @@ class World:
             self._set_door(door, is_open=is_open)
         return self.geometry.door_rooms[door], self._open[door]
 
+    def look(self) -> Look:
+        """Read a door plate with the camera."""
+        state = self._physics.state
+        return self.camera.look(state.x, state.y, state.theta, self.tick, self._sees)
+
     def place_robot(self, x: float, y: float, theta: float) -> None:
         """Put the robot down somewhere else, standing still; the odometry does not notice."""
         self._physics.state = BodyState(x, y, theta)
+
+    def kidnap(self, x: float, y: float, theta: float | None = None) -> None:
+        """Put the robot down at a point in metres; it looks where it looked, or along ``theta``.
+
+        Raises:
+            NotFreeError: it does not fit there.
+        """
+        if space_at(self.plan, x, y) is None:
+            raise NotFreeError(x, y, "that lies in no space of the floor")
+        if self._clearance(x, y) <= self.profile.base.radius:
+            raise NotFreeError(x, y, "a wall or a closed door is in the way")
+        self.place_robot(x, y, self._physics.state.theta if theta is None else theta)
+
+    def place_of(self, room: str) -> tuple[float, float]:
+        """The point in metres where the robot serves a room.
+
+        Raises:
+            UnknownDoorError: there is no such room.
+        """
+        if room not in self.plan.places:
+            raise UnknownDoorError(room, list(self.plan.places))
+        at = self.plan.places[room]
+        return at.x, at.y
+
+    def beside(self, ahead: float, left: float) -> tuple[float, float]:
+        """The point so many metres ahead of the robot and to its left."""
+        state = self._physics.state
+        cos, sin = math.cos(state.theta), math.sin(state.theta)
+        return state.x + ahead * cos - left * sin, state.y + ahead * sin + left * cos
+
+    def slip(self, metres: float, turn: float) -> None:
+        """Make the odometry go wrong by so many metres, and radians."""
+        self._odometry.slip(metres, turn)
+
+    @property
+    def slipping(self) -> float:
+        """Metres that the odometry has still to count wrongly."""
+        return self._odometry.slipping
 
     def snapshot(self) -> dict[str, Any]:
         """The whole state as JSON can hold it; `restore` goes on from it bit for bit."""
@@ -164,6 +233,8 @@ class World:
             "odometry": self._odometry.snapshot(),
             "sonar": self._sonar.snapshot(),
             "bumpers": self._bumpers.snapshot(),
+            "camera": self.camera.snapshot(),
+            "battery": self.battery.snapshot() if self.battery else None,
             "reading": [self.reading.sonar_fresh, self.reading.bump],
         }
 
@@ -176,6 +247,9 @@ class World:
         self._odometry.restore(state["odometry"])
         self._sonar.restore(state["sonar"])
         self._bumpers.restore(state["bumpers"])
+        self.camera.restore(state["camera"])
+        if self.battery and state["battery"]:
+            self.battery.restore(state["battery"])
         self.reading = self._read(*state["reading"])
 
     def _drive(self, speed: float, turn_rate: float) -> tuple[list[Contact], float]:
@@ -212,6 +286,25 @@ class World:
         self._open[door] = is_open
         self._physics.set_door(door, is_open=is_open)
         self._caster.switch(len(self.geometry.walls) + door, on=not is_open)
+
+    def _at_charger(self, state: BodyState) -> bool:
+        at, battery = self.plan.charger, self.profile.battery
+        if at is None or battery is None:
+            return False
+        return math.dist((at.x, at.y), (state.x, state.y)) <= battery.charger_reach
+
+    def _sees(self, x: float, y: float) -> bool:
+        """Whether nothing stands between the robot and a point of a wall."""
+        state = self._physics.state
+        angle = math.atan2(y - state.y, x - state.x)
+        hits, _ = self._caster.cast(np.array([[state.x, state.y]]), np.array([angle]))
+        return bool(hits[0] > math.dist((x, y), (state.x, state.y)) - ON_WALL)
+
+    def _clearance(self, x: float, y: float) -> float:
+        """Metres from a point to the nearest wall or closed door."""
+        shut = [not is_open for is_open in self._open]
+        solid = np.concatenate([np.ones(len(self.geometry.walls), dtype=bool), shut])
+        return float(self._caster.distances(x, y)[solid].min(initial=math.inf))
 
     def _door_distances(self, x: float, y: float) -> NDArray[np.float64]:
         return self._caster.distances(x, y)[len(self.geometry.walls) :]

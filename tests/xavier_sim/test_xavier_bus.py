@@ -25,8 +25,8 @@ EPOCH = 1000.0
 
 
 @asynccontextmanager
-async def robot(options, *, speed=None, store=None, saved=None):
-    state = RobotState(World(PLAN, seed=1), SimClock(EPOCH), speed=speed)
+async def robot(options, *, speed=None, store=None, saved=None, world=None):
+    state = RobotState(world or World(PLAN, seed=1), SimClock(EPOCH), speed=speed)
     if saved is not None:
         state.restore(saved, at_least=0.0)
     async with asyncio.TaskGroup() as group:

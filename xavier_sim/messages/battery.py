@@ -5,14 +5,15 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus import Broadcast, Query
+from xavier_sim.messages.floorplan import Corner
 
 
 class BatteryState(BaseModel):
     """How full the battery is, 0 to 1.
 
-    ``low`` says that the robot should make for its charger, whose space is ``charger`` (None on
-    a floor without one); ``charging`` that it stands there. ``time`` is simulated seconds since
-    the epoch.
+    ``low`` says that the robot should make for its charger, which is at ``charger`` in metres
+    (None on a floor without one); ``charging`` that it stands there. An empty robot stands still.
+    One that needs no charging is always full. ``time`` is simulated seconds since the epoch.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -20,7 +21,7 @@ class BatteryState(BaseModel):
     charge: float = Field(ge=0.0, le=1.0)
     low: bool
     charging: bool
-    charger: str | None
+    charger: Corner | None
     time: float
 
 

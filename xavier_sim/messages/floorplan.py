@@ -62,7 +62,8 @@ class Door(BaseModel):
 class FloorPlan(BaseModel):
     """A whole floor, with the point of each room where the robot stands to serve it.
 
-    ``places`` maps a room to the point just inside its door that `navigateToG` drives to.
+    ``places`` maps a room to the point just inside its door that `navigateToG` drives to;
+    ``charger`` is where the robot charges its battery, if anywhere.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -73,3 +74,4 @@ class FloorPlan(BaseModel):
     places: dict[str, Corner]
     start: Corner
     start_heading: float = 0.0
+    charger: Corner | None = None
