@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from importlib import resources
 from pathlib import Path
@@ -16,16 +16,21 @@ from rogue.errors import StoreError
 
 Row = tuple[Any, ...]
 
+Rider = Callable[[aiosqlite.Connection], Awaitable[None]]
+"""Writes what has waited for a commit, into the transaction that is about to be committed."""
+
 
 class Database:
     """An SQLite file in WAL mode, an async context manager.
 
     Committed means on disk: the file survives a loss of power. One transaction runs at a time;
-    reads outside of one see what is committed.
+    reads outside of one see what is committed. What can wait is written by ``rider``, together
+    with whatever is committed next.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, rider: Rider | None = None) -> None:
         self.path = path
+        self._rider = rider
         self._lock = asyncio.Lock()
         self._link: aiosqlite.Connection | None = None
 
@@ -70,6 +75,8 @@ class Database:
             try:
                 await self.link.execute("BEGIN IMMEDIATE")
                 yield self.link
+                if self._rider is not None:
+                    await self._rider(self.link)
             except BaseException:
                 # A cancelled statement is carried out all the same, before this one.
                 await asyncio.shield(self.link.rollback())

@@ -7,20 +7,23 @@ from types import TracebackType
 from typing import Self
 
 from rogue.memory._database import Database
+from rogue.memory._decisions import KeptDecisions
 from rogue.memory._lines import KeptLines
 from rogue.memory._withdrawals import Withdrawals
 
 FILE_NAME = "rogue.db"
 
 
-class Store(Withdrawals, KeptLines):
+class Store(Withdrawals, KeptLines, KeptDecisions):
     """The agent's memory in ``folder``/rogue.db; an async context manager.
 
-    Every method that writes has written, for good, when it returns.
+    Every method that writes has written, for good, when it returns; but for ``record``, which
+    leaves that to the next.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._base = Database(folder / FILE_NAME)
+        self._waiting = []
+        self._base = Database(folder / FILE_NAME, self._write_decisions)
 
     async def __aenter__(self) -> Self:
         await self._base.__aenter__()
@@ -32,7 +35,10 @@ class Store(Withdrawals, KeptLines):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        await self._base.__aexit__(kind, error, trace)
+        try:
+            await self.flush()
+        finally:
+            await self._base.__aexit__(kind, error, trace)
 
     async def identity(self) -> str:
         """A name that this store was born with, so that task ids of two stores never meet."""
