@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from tca_bus import ConfigError, configure_logging
 from tca_bus.cli import (
@@ -25,7 +26,7 @@ from xavier_sim.cli_world import COMMANDS
 from xavier_sim.floor import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.keyboard import Keyboard
 from xavier_sim.pacing import parse_speed
-from xavier_sim.people import People
+from xavier_sim.people import Habits
 from xavier_sim.profile import XAVIER, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.robot_module import RobotModule
 from xavier_sim.robot_state import RobotState
@@ -38,6 +39,7 @@ from xavier_sim.world import World
 
 app = make_app("xavier", help="The simulated robot, the office round it, and its speech board.")
 
+Share = Annotated[float, Parameter(validator=Number(gte=0.0, lte=1.0))]
 Data = Annotated[Path | None, Parameter(env_var="TCA_DATA")]
 
 
@@ -74,7 +76,10 @@ async def speech(
     *,
     people: Literal["auto", "keyboard"] = "auto",
     seed: int = 0,
-    silence: float = 0.05,
+    silence: Share = 0.05,
+    silent_people: Share = 0.0,
+    away: Share = 0.0,
+    missing_items: Share = 0.0,
     data: Data = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -84,16 +89,19 @@ async def speech(
         people: Who answers: simulated people, or whoever sits at this terminal.
         seed: Seed of what the simulated people do, 0 or more.
         silence: Share of questions that the simulated people leave unanswered, 0 to 1.
+        silent_people: Share of the people who never answer a robot.
+        away: Share of the time that somebody is out of their room.
+        missing_items: Share of the items that are not where they are to be picked up.
         data: Folder to keep what was said in, so that a restarted one does nothing twice.
         flags: Where the bus is.
     """
     configure_logging("speech", level=flags.level, json=flags.json)
-    if not 0.0 <= silence <= 1.0:
-        raise ConfigError("--silence", silence, "a share from 0 to 1")
     module = SpeechModule(bus_options(flags), RecordFile(data))
     if people == "auto":
-        habits = People(seed=_seed(seed), silence=silence)
-        await module.run(SimulatedPeople(module.module, habits))
+        habits = Habits(
+            silence=silence, silent_people=silent_people, away=away, missing_items=missing_items
+        )
+        await module.run(SimulatedPeople(module, seed=_seed(seed), habits=habits))
         return
     # A file of its own: the interpreter cannot end while a thread holds the lock of sys.stdin.
     async with Keyboard(os.fdopen(os.dup(0)), sys.stdout) as keyboard:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from typing import Literal, Protocol, cast
+from typing import Protocol
 
 from tca_bus import (
     BusGoneError,
     BusOptions,
     Clock,
+    Context,
     Module,
     NoHandlerError,
     PeerLostError,
@@ -21,15 +22,22 @@ from xavier_sim.keyboard import Keyboard
 from xavier_sim.messages import (
     Ask,
     Heard,
+    ItemAction,
     ItemMoved,
+    MoveItem,
+    MovePerson,
+    Occupant,
     Say,
     Spoken,
     TrueLocation,
     Typed,
     WhereReally,
+    WhoIsIn,
+    WorldDoors,
 )
-from xavier_sim.people import People, item_action, truthful_answer
-from xavier_sim.spoken_record import Done, RecordFile
+from xavier_sim.people import ERRAND, Habits, People, truthful_answer
+from xavier_sim.spoken_record import Done, Record, RecordFile
+from xavier_sim.things import NotMovedError, item_action
 
 MODULE = "speech"
 
@@ -64,10 +72,17 @@ def no_answer(ask: Ask, why: str) -> TaskError:
 
 
 class SimulatedPeople:
-    """People who answer after a while, truthfully, and sometimes not at all."""
+    """People who answer after a while, truthfully, and some of them not at all.
 
-    def __init__(self, module: Module, people: People) -> None:
-        self._module, self._people = module, people
+    They also come and go, and take or bring things, when they are told to.
+    """
+
+    def __init__(self, speech: SpeechModule, *, seed: int, habits: Habits) -> None:
+        self._speech, self._module = speech, speech.module
+        self._record = speech.record
+        self._people = People(seed=seed, habits=habits, sent=self._record.sent)
+        self._module.serve(WhoIsIn, self._on_who_is_in)
+        self._module.serve(MovePerson, self._on_move_person)
 
     def hear(self, text: str) -> None:
         """People hear what is said."""
@@ -77,11 +92,44 @@ class SimulatedPeople:
         """Wait as long as a person takes, look where the robot is, and answer."""
         clock = self._module.clock
         delay = self._people.react(ask.question, number).delay
-        if delay is None or delay >= ask.timeout:
+        asked_at = await self._see_robot(ask)
+        heard = self._people.is_heard(ask, asked_at, clock.now())
+        if not heard or delay is None or delay >= ask.timeout:
             await clock.sleep(ask.timeout)
             raise no_answer(ask, f"silence for {ask.timeout:g} s")
         await clock.sleep(delay)
-        return truthful_answer(ask, await self._see_robot(ask))
+        if ask.about in ERRAND:
+            return self._people.room_for(ask, await self._rooms())
+        really = await self._see_robot(ask)
+        return truthful_answer(ask, really, is_there=self._is_there(ask, really))
+
+    def _is_there(self, ask: Ask, really: TrueLocation) -> bool:
+        """Whether the item can be had, for one who is asked for it in the right room."""
+        if not (ask.user and ask.item) or really.room != ask.room:
+            return True
+        match ask.about:
+            case "taking":
+                return self._record.things.is_there(ask)
+            case "placing":
+                is_here = self._people.has_item(ask.room or "", ask.user, ask.item)
+                return self._record.things.is_there(ask) and is_here
+            case _:
+                return True
+
+    async def _rooms(self) -> list[str]:
+        return [door.room for door in await self._module.query(WorldDoors(), timeout=5.0)]
+
+    async def _on_who_is_in(self, query: WhoIsIn, _context: Context) -> Occupant:
+        return await self._occupant(query.room)
+
+    async def _on_move_person(self, query: MovePerson, _context: Context) -> Occupant:
+        self._people.send(query.room, present=query.present)
+        await self._speech.save()
+        return await self._occupant(query.room)
+
+    async def _occupant(self, room: str) -> Occupant:
+        await self._module.clock.wait_ready(CLOCK_WAIT)
+        return self._people.occupant(room, self._module.clock.now())
 
     async def _see_robot(self, ask: Ask) -> TrueLocation:
         """Where the robot really is; it may be away for a moment, when it is being restarted."""
@@ -131,13 +179,24 @@ class Typist:
 class SpeechModule:
     """Serves `Say` and `Ask`, each task once, also when it is sent again after a restart."""
 
-    def __init__(self, options: BusOptions, record: RecordFile) -> None:
+    def __init__(self, options: BusOptions, file: RecordFile) -> None:
         self.module = Module(MODULE, options=options, sole=True)
-        self._record = record
+        self._file = file
         self._writing = asyncio.Lock()
         self._audience: Audience | None = None
         self.module.serve(Say, self._on_say)
         self.module.serve(Ask, self._on_ask)
+        self.module.serve(MoveItem, self._on_move_item)
+
+    @property
+    def record(self) -> Record:
+        """What is kept: what was said and answered, and where people and things are."""
+        return self._file.record
+
+    async def save(self) -> None:
+        """Keep the record."""
+        async with self._writing:
+            await asyncio.to_thread(self._file.save)
 
     async def run(self, audience: Audience) -> None:
         """Serve until cancelled.
@@ -151,7 +210,7 @@ class SpeechModule:
             await self.module.serve_forever()
 
     async def _on_say(self, say: Say, context: TaskContext) -> Spoken:
-        done = self._record.record.done.get(context.id)
+        done = self.record.done.get(context.id)
         if done is not None:
             return Spoken(text=done.text, time=done.time)
         clock = await self._clock()
@@ -162,30 +221,39 @@ class SpeechModule:
         return Spoken(text=done.text, time=done.time)
 
     async def _on_ask(self, ask: Ask, context: TaskContext) -> Typed:
-        done = self._record.record.done.get(context.id)
+        done = self.record.done.get(context.id)
         if done is not None:
             return Typed(answer=done.text, time=done.time)
         clock = await self._clock()
         assert self._audience is not None
-        number = self._record.record.number(context.id, ask.question)
-        await self._save()
+        number = self.record.number(context.id, ask.question)
+        await self.save()
         answer = await self._audience.answer(ask, number)
+        action = item_action(ask, answer)
+        if action is not None:
+            self.record.things.handed_over(ask, action)
         done = await self._finish(context.id, answer, clock.now())
-        await self._move_item(ask, done)
+        if action is not None and ask.user and ask.item:
+            await self._tell_moved(ask.user, ask.item, ask.room, action)
         return Typed(answer=done.text, time=done.time)
 
-    async def _move_item(self, ask: Ask, done: Done) -> None:
-        action = item_action(ask, done.text)
-        if action is None or not (ask.user and ask.item):
-            return
-        moved = ItemMoved(
-            user=ask.user,
-            item=ask.item,
-            room=ask.room or "",
-            action=cast("Literal['placed', 'taken']", action),
-            time=done.time,
-        )
+    async def _on_move_item(self, query: MoveItem, _context: Context) -> ItemMoved:
+        await self._clock()
+        try:
+            self.record.things.move(query.user, query.item, query.action)
+        except NotMovedError as error:
+            raise TaskError("not_there", str(error)) from error
+        await self.save()
+        where = await self.module.query(WhereReally(), timeout=5.0)
+        return await self._tell_moved(query.user, query.item, where.room, query.action)
+
+    async def _tell_moved(
+        self, user: str, item: str, room: str | None, action: ItemAction
+    ) -> ItemMoved:
+        now = self.module.clock.now()
+        moved = ItemMoved(user=user, item=item, room=room or "", action=action, time=now)
         await self.module.broadcast(moved)
+        return moved
 
     async def _clock(self) -> Clock:
         await self.module.clock.wait_ready(CLOCK_WAIT)
@@ -194,10 +262,6 @@ class SpeechModule:
     async def _finish(self, task: str, text: str, when: float) -> Done:
         """Keep an outcome before anybody hears of it: an item is moved once, whatever happens."""
         done = Done(text=text, time=when)
-        self._record.record.finish(task, done)
-        await self._save()
+        self.record.finish(task, done)
+        await self.save()
         return done
-
-    async def _save(self) -> None:
-        async with self._writing:
-            await asyncio.to_thread(self._record.save)

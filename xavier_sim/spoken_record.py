@@ -7,6 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from xavier_sim.snapshots import SnapshotError, write_atomically
+from xavier_sim.things import Things
 
 KEPT = 1000
 """Tasks that are remembered; older ones are not sent again."""
@@ -24,7 +25,8 @@ class Done(BaseModel):
 class Record(BaseModel):
     """Outcomes by task id, and how often each question was asked.
 
-    ``numbers`` has, for a task whose question is still open, the how-manieth asking it is.
+    ``numbers`` has, for a task whose question is still open, the how-manieth asking it is;
+    ``sent`` the rooms whose people were sent out (False) or in.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -32,6 +34,8 @@ class Record(BaseModel):
     done: dict[str, Done] = {}
     asked: dict[str, int] = {}
     numbers: dict[str, int] = {}
+    things: Things = Things()
+    sent: dict[str, bool] = {}
 
     def number(self, task: str, question: str) -> int:
         """The how-manieth asking of its question a task is; the same when it is sent again."""

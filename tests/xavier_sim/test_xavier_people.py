@@ -12,9 +12,11 @@ from tca_bus import TaskError
 from tca_bus.testing import eventually
 from xavier_sim.keyboard import TYPE_AHEAD, Keyboard, accept, prompt_for
 from xavier_sim.messages import Ask, TrueLocation
-from xavier_sim.people import QUICKEST, SLOWEST, People, item_action, truthful_answer
+from xavier_sim.people import QUICKEST, SLOWEST, Habits, People, truthful_answer
 from xavier_sim.snapshots import SnapshotError
 from xavier_sim.spoken_record import KEPT, Done, RecordFile
+from xavier_sim.things import KEPT as KEPT_THINGS
+from xavier_sim.things import NotMovedError, Things, item_action
 
 ROOM = "r-5303"
 
@@ -50,7 +52,7 @@ def test_people_tell_the_truth(about, choices, really, answer):
 
 
 def test_reactions_depend_on_seed_and_question_only():
-    one, two = (People(seed=4, silence=0.3) for _ in range(2))
+    one, two = (People(seed=4, habits=Habits(silence=0.3)) for _ in range(2))
     questions = [f"question {number}?" for number in range(50)]
     assert [one.react(q, 1) for q in questions] == [two.react(q, 1) for q in reversed(questions)][
         ::-1
@@ -59,23 +61,111 @@ def test_reactions_depend_on_seed_and_question_only():
 
 
 def test_share_of_silence_and_delays():
-    people = People(seed=1, silence=0.2)
+    people = People(seed=1, habits=Habits(silence=0.2))
     delays = [people.react(f"{number}?", 1).delay for number in range(1000)]
     assert 150 < delays.count(None) < 250
     assert all(QUICKEST <= delay <= SLOWEST for delay in delays if delay is not None)
 
 
 def test_nobody_is_silent_when_told_so():
-    people = People(seed=1, silence=0.0)
+    people = People(seed=1, habits=Habits())
     assert all(people.react(f"{number}?", 1).delay is not None for number in range(200))
 
 
+ROOMS = [f"r-53{number:02}" for number in range(1, 61)]
+
+
+def test_a_share_of_the_people_never_answer_and_stay_that_way():
+    people = People(seed=2, habits=Habits(silent_people=0.2))
+    silent = {room for room in ROOMS if not people.occupant(room, 0.0).answers}
+    assert 5 < len(silent) < 20
+    for room in ROOMS:
+        heard = [people.is_heard(ask("place"), at(room), now) for now in (0.0, 1e5)]
+        assert heard == [room not in silent] * 2
+    assert people.is_heard(ask("place"), at(None), 0.0)
+
+
+def test_people_come_and_go_by_the_half_hour():
+    people = People(seed=2, habits=Habits(away=0.3))
+    stays = [[people.occupant(room, now).present for room in ROOMS] for now in (0.0, 10.0, 1800.0)]
+    assert stays[0] == stays[1] != stays[2]
+    assert 8 < stays[0].count(False) < 28
+
+
+def test_who_was_sent_out_is_out_until_sent_in():
+    sent = {}
+    people = People(seed=2, habits=Habits(), sent=sent)
+    people.send(ROOM, present=False)
+    assert not people.is_heard(ask("place"), at(ROOM), 0.0)
+    assert people.is_heard(ask("place"), at("r-5305"), 0.0)
+    people.send(ROOM, present=True)
+    assert people.is_heard(ask("place"), at(ROOM), 0.0)
+    assert sent == {ROOM: True}
+
+
+def test_a_share_of_the_items_is_missing_and_stays_so():
+    people = People(seed=2, habits=Habits(missing_items=0.25))
+    there = [people.has_item(room, "mitchell", "delivermail") for room in ROOMS]
+    assert 5 < there.count(False) < 25
+    assert there == [people.has_item(room, "mitchell", "delivermail") for room in ROOMS]
+
+
+def test_an_item_that_is_not_there_is_impossible():
+    for about in ("placing", "taking"):
+        assert truthful_answer(ask(about, ("y", "i")), at(ROOM), is_there=False) == "i"
+
+
+def test_a_user_has_a_room_in_mind_for_each_end_of_an_errand():
+    people = People(seed=2, habits=Habits(silent_people=0.5))
+    wanted = [ask(about, (), user="jhm", item="deliverfax") for about in ("pickup", "deliver")]
+    rooms = [people.room_for(one, ROOMS) for one in wanted]
+    assert rooms == [people.room_for(one, ROOMS) for one in wanted]
+    assert set(rooms) <= set(ROOMS)
+    assert people.room_for(ask("pickup", ("r-1", "r-2"), user="jhm"), ROOMS) in {"r-1", "r-2"}
+    assert people.room_for(ask("pickup", ()), []) == "nowhere"
+    names = [f"user{number}" for number in range(40)]
+    heard = [people.is_heard(ask("pickup", user=name), at(None), 0.0) for name in names]
+    assert 8 < heard.count(False) < 32
+
+
 def test_item_moves_only_when_somebody_says_yes():
-    moved = ask("placing", ("y", "i"), user="mitchell", item="delivermail")
-    assert item_action(moved, "y") == "placed"
-    assert item_action(moved, "i") is None
+    assert item_action(PLACING, "y") == "placed"
+    assert item_action(PLACING, "i") is None
     assert item_action(ask("taking", ("y", "i"), user="u", item="i"), "y") == "taken"
     assert item_action(ask("place"), "y") is None
+
+
+PLACING = ask("placing", ("y", "i"), user="mitchell", item="delivermail")
+MAIL = ("mitchell", "delivermail")
+
+
+def test_what_is_taken_from_the_tray_is_gone_for_one_question():
+    things = Things()
+    with pytest.raises(NotMovedError, match="delivermail of mitchell cannot be taken: it is not"):
+        things.move(*MAIL, "taken")
+    things.handed_over(PLACING, "placed")
+    things.move(*MAIL, "taken")
+    assert things.tray == []
+    assert not things.is_there(PLACING)
+    assert things.is_there(PLACING)
+
+
+def test_what_another_brings_need_not_be_picked_up():
+    things = Things()
+    things.move(*MAIL, "brought")
+    assert not things.is_there(PLACING)
+    things.handed_over(PLACING, "placed")
+    with pytest.raises(NotMovedError, match="it is on the tray"):
+        things.move(*MAIL, "brought")
+    things.handed_over(PLACING, "taken")
+    assert things == Things()
+
+
+def test_things_are_forgotten_one_day():
+    things = Things()
+    for number in range(KEPT_THINGS + 5):
+        things.move(f"user{number}", "mail", "brought")
+    assert len(things.gone) == KEPT_THINGS
 
 
 def test_prompts_of_figure_6():

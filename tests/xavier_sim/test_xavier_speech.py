@@ -10,12 +10,12 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from tca_bus import Module, TaskFailedError
+from tca_bus import HandlerFailedError, Module, TaskFailedError
 from tca_bus.testing import bus, central, eventually
 from xavier_sim.floor import load_floor
 from xavier_sim.keyboard import Keyboard
-from xavier_sim.messages import Ask, Heard, ItemMoved, Say
-from xavier_sim.people import QUICKEST, SLOWEST, People
+from xavier_sim.messages import Ask, Heard, ItemMoved, MoveItem, MovePerson, Say, WhoIsIn
+from xavier_sim.people import QUICKEST, SLOWEST, Habits
 from xavier_sim.robot_module import RobotModule
 from xavier_sim.robot_state import RobotState
 from xavier_sim.simulated_time import SimClock
@@ -39,9 +39,9 @@ async def running(coroutine, name):
             task.cancel()
 
 
-def auto_speech(options, folder=None, *, silence=0.0):
+def auto_speech(options, folder=None, **habits):
     speech = SpeechModule(options, RecordFile(folder))
-    return speech.run(SimulatedPeople(speech.module, People(seed=1, silence=silence)))
+    return speech.run(SimulatedPeople(speech, seed=1, habits=Habits(**habits)))
 
 
 def typed_speech(options, source, screen):
@@ -123,6 +123,34 @@ async def test_item_is_placed_once_even_when_asked_again_after_a_restart(tmp_pat
         typed = await speech._on_ask(hand_over("placing"), context)
         assert typed == first
         assert moved.waiting == 0
+
+
+async def test_people_go_and_things_go_another_way(tmp_path):
+    async with office() as asker, asker.subscribe(ItemMoved) as moved:
+        async with running(auto_speech(asker.options, tmp_path), "speech"):
+            await asker.wait_for(MovePerson, MoveItem, timeout=10)
+            assert (await answer(asker, hand_over("placing"))).answer == "y"
+            await asker.query(MoveItem(user="mitchell", item="delivermail", action="taken"))
+            assert not (await asker.query(MovePerson(room=ROOM, present=False))).present
+        async with running(auto_speech(asker.options, tmp_path), "speech"):
+            with pytest.raises(TaskFailedError) as caught:
+                await answer(asker, hand_over("taking"))
+            assert caught.value.failure.name == "no_answer"
+            assert not (await asker.query(WhoIsIn(room=ROOM))).present
+            await asker.query(MovePerson(room=ROOM, present=True))
+            assert (await answer(asker, hand_over("taking"))).answer == "i"
+            with pytest.raises(HandlerFailedError, match="it is not on the tray") as refused:
+                await asker.query(MoveItem(user="mitchell", item="delivermail", action="taken"))
+            assert refused.value.failure.name == "not_there"
+            assert [(await moved.get()).action for _ in range(2)] == ["placed", "taken"]
+
+
+async def test_a_user_is_asked_wherever_the_robot_is():
+    async with office() as asker, running(auto_speech(asker.options, away=1.0), "speech"):
+        question = ask("pickup", (), None, user="mitchell", item="pickupbook")
+        room = (await answer(asker, question)).answer
+        assert room.startswith("r-5")
+        assert (await answer(asker, question)).answer == room
 
 
 async def test_speech_killed_while_people_think_answers_after_its_restart(tmp_path):
