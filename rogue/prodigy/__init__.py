@@ -51,7 +51,7 @@ from rogue.prodigy._snapshot import NodeState, SnapshotNode, TreeSnapshot
 from rogue.prodigy._solve import solve
 from rogue.prodigy._state import State
 from rogue.prodigy._task import Task
-from rogue.prodigy._terms import Literal, Value
+from rogue.prodigy._terms import Literal, Value, Variable
 from rogue.prodigy._types import Objects
 from rogue.prodigy._validate import PlanFault, validate_plan
 from rogue.prodigy._view import SearchView
@@ -120,6 +120,7 @@ __all__ = [
     "TreeStep",
     "UnknownNameError",
     "Value",
+    "Variable",
     "generator",
     "goal_tree",
     "load_domain",

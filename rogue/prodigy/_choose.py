@@ -40,7 +40,8 @@ class Chooser:
             return self._subgoal(node, pending, goals, can_apply=True)
         ready, operators = self._applicable(node)
         if not ready and not goals.candidates:
-            return None if node.children else Failure(node, "no pending goals")
+            reason = goals.explained(operators.explained("no pending goals"))
+            return None if node.children else Failure(node, reason)
         if self._is_subgoal(node, can_apply=bool(ready), can_subgoal=bool(goals.candidates)):
             return self._subgoal(node, pending, goals, can_apply=bool(ready))
         return self._apply(node, ready, operators, can_subgoal=bool(goals.candidates))

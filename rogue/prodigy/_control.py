@@ -16,6 +16,14 @@ class Filtered:
     candidates: tuple[Candidate, ...]
     fired: tuple[RuleFired, ...] = ()
 
+    def explained(self, failure: str) -> str:
+        """Return the words for a failure, with the rules that left nothing to choose from."""
+        names = dict.fromkeys(f.rule for f in self.fired if f.action == "reject")
+        if self.candidates or not names:
+            return failure
+        rules = "control rule" if len(names) == 1 else "control rules"
+        return f"{failure}: all rejected by {rules} {' and '.join(names)}"
+
 
 def filter_candidates(
     rules: RuleSet, choice: Choice, view: SearchView, candidates: tuple[Candidate, ...]
@@ -23,13 +31,13 @@ def filter_candidates(
     """Apply the first select rule that matches, then every reject rule, newest first."""
     fired: list[RuleFired] = []
     for rule in _of(rules, choice, Action.SELECT):
-        chosen = tuple(c for c in candidates if rule.test(view, c, candidates))
+        chosen = rule.speaks_of(view, candidates) if candidates else ()
         if chosen:
             fired.append(RuleFired(rule.name, "select", tuple(map(str, chosen))))
             candidates = chosen
             break
     for rule in _of(rules, choice, Action.REJECT):
-        gone = [c for c in candidates if rule.test(view, c, candidates)]
+        gone = rule.speaks_of(view, candidates) if candidates else ()
         if gone:
             fired.append(RuleFired(rule.name, "reject", tuple(map(str, gone))))
             dropped = {id(c) for c in gone}
@@ -70,9 +78,9 @@ def _better(
     candidates: tuple[Candidate, ...],
 ) -> tuple[PreferRule, Candidate] | None:
     for rule in rules:
-        for other in candidates:
-            if other is not current and rule.better(view, other, current):
-                return rule, other
+        better = rule.preferred(view, current, candidates)
+        if better is not None:
+            return rule, better
     return None
 
 

@@ -52,6 +52,11 @@ class Operator:
     precondition: Expression
     effects: tuple[Effect, ...]
 
+    def all_variables(self) -> tuple[VariableSpec, ...]:
+        """Return the variables of the preconditions, then those of the effects, each once."""
+        local = (spec for effect in self.effects for spec in effect.variables)
+        return tuple(dict.fromkeys((*self.variables, *local)))
+
     def __str__(self) -> str:
         return self.name
 

@@ -23,13 +23,20 @@ class Position:
         return f"{self.file}:{self.line}:{self.column}"
 
 
+_LONGEST = 80
+
+
+def close_matches(name: str, known: Iterable[str], cutoff: float = 0.6) -> tuple[str, ...]:
+    """Return at most three of ``known`` that are like ``name``, the likest first."""
+    if len(name) > _LONGEST:
+        return ()
+    return tuple(difflib.get_close_matches(name, list(known), n=3, cutoff=cutoff))
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean a or b?"`` for the names in ``known`` near ``name``, or ""."""
-    near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.6)
+    near = close_matches(name, known)
     return f"; did you mean {' or '.join(near)}?" if near else ""
-
-
-_LONGEST = 80
 
 
 def _shortened(text: str) -> str:
@@ -52,8 +59,7 @@ class PdlError(ProdigyError):
         self.position = position
         self.found = _shortened(found)
         self.expected = expected
-        names = list(known) if len(found) <= _LONGEST else []
-        self.near = tuple(difflib.get_close_matches(found, names, n=3, cutoff=0.6))
+        self.near = close_matches(found, known)
         hint = f"; did you mean {' or '.join(self.near)}?" if self.near else ""
         super().__init__(f"{position}: found {self.found}, expected {expected}{hint}")
 

@@ -69,7 +69,8 @@ class Expander:
             filtered = self._decider.filter(Choice.OPERATOR, node, tuple(operators))
             node.operators = [c for c in operators if c in filtered.candidates]
         if not node.operators:
-            return Failure(node, "no choices for operators") if not node.children else None
+            reason = filtered.explained("no choices for operators")
+            return Failure(node, reason) if not node.children else None
         picked = self._decider.pick(Choice.OPERATOR, node, filtered)
         operator = next(o for o in node.operators if o is picked.chosen)
         node.operators = [o for o in node.operators if o is not operator]
@@ -118,7 +119,8 @@ class Expander:
         instances = [i for i in made if id(i) in kept]
         if not instances:
             structural = not made and not any(v.calls for v in node.operator.variables)
-            return Failure(node, "no choices for bindings (I tried)", structural)
+            reason = filtered.explained("no choices for bindings (I tried)")
+            return Failure(node, reason, structural)
         if self._options.min_conspiracy_number:
             holds = world.state.holds
             instances.sort(key=lambda i: sum(not holds(p) for p in i.preconditions))

@@ -10,6 +10,7 @@ from rogue.prodigy._forms import as_word, fail, first, head
 from rogue.prodigy._functions import BUILT_IN, Function
 from rogue.prodigy._lisp import without_lisp
 from rogue.prodigy._meta_predicates import MetaPredicate
+from rogue.prodigy._parse_conditions import ConditionReader
 from rogue.prodigy._parse_expression import Vocabulary
 from rogue.prodigy._parse_operators import parse_operators
 from rogue.prodigy._parse_rules import parse_rules
@@ -55,11 +56,10 @@ def parse_domain(
     words = Vocabulary(parse_types(forms, known), known)
     constants = parse_constants(forms, words.types)
     operators, inference_rules = parse_operators(forms, words)
-    rules = parse_rules(
-        [f for f in forms if head(f) == "control-rule"],
-        (*operators, *inference_rules),
-        meta_predicates or {},
-    )
+    named = {o.name: o for o in (*operators, *inference_rules)}
+    users = {name.lower(): f for name, f in (meta_predicates or {}).items()}
+    reader = ConditionReader(words, named, users)
+    rules = parse_rules([f for f in forms if head(f) == "control-rule"], reader)
     return Domain(
         _name(forms) or file,
         words.types,

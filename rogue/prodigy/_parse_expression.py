@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from rogue.prodigy._errors import close_matches
 from rogue.prodigy._expressions import (
     TRUE,
     And,
@@ -38,6 +39,8 @@ Scope = frozenset[str]
 """Names of the variables that may be used."""
 
 NEGATIONS = {"~", "not"}
+TYPO = 0.75
+"""Likeness from which an unknown predicate is taken for a known one, misspelt."""
 
 
 @dataclass
@@ -82,14 +85,18 @@ class Vocabulary:
                 fail(word, f"a value that {test} of {kind} can test; it raised {error!r}")
         fail(word, "an object of the problem", objects)
 
-    def atom(self, node: Node, scope: Scope) -> Atom:
-        """Return a predicate with its terms; checks the number of arguments."""
+    def atom(self, node: Node, scope: Scope, *, is_fact: bool = False) -> Atom:
+        """Return a predicate with its terms; checks the number of arguments.
+
+        A fact may be of a predicate that nothing else mentions, if it is like no other.
+        """
         form = as_form(node, "a literal in parentheses")
         if not head(form):
             fail(form, "the name of a predicate after '('")
         name = head(form)
         terms = tuple(self.term(item, scope) for item in form.items[1:])
-        self.check_predicate(form, name, len(terms))
+        check = self.check_known if is_fact else self.check_predicate
+        check(form, name, len(terms))
         return Atom(name, terms)
 
     def check_predicate(self, form: Form, name: str, count: int) -> None:
@@ -99,6 +106,14 @@ class Vocabulary:
         arity = self.predicates.setdefault(name, count)
         if arity != count:
             fail(form, f"{arity} arguments for {name}, not {count}")
+
+    def check_known(self, form: Form, name: str, count: int) -> None:
+        """Do as ``check_predicate``, but take in a predicate that is like no other."""
+        if name not in self.predicates:
+            if close_matches(name, self.predicates, TYPO):
+                fail(first(form), "a predicate of the domain", self.predicates)
+            self.predicates[name] = count
+        self.check_predicate(form, name, count)
 
     def expression(self, node: Node, scope: Scope) -> Expression:
         """Return a logical expression."""

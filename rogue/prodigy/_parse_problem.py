@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from rogue.prodigy._domain import Domain
 from rogue.prodigy._errors import PdlError, Position
 from rogue.prodigy._expressions import And, Expression, Holds, VariableSpec
-from rogue.prodigy._forms import as_form, as_word, fail, first, head, parts
+from rogue.prodigy._forms import as_form, as_list, as_word, fail, first, head, parts
 from rogue.prodigy._lisp import without_lisp
-from rogue.prodigy._parse_expression import Vocabulary
+from rogue.prodigy._parse_expression import NEGATIONS, Vocabulary
 from rogue.prodigy._parse_types import parse_objects
 from rogue.prodigy._problem import Problem
 from rogue.prodigy._reader import Form, Node, read
@@ -91,21 +91,22 @@ def _sections(form: Form) -> dict[str, Form]:
 
 def _facts(section: Form | None, words: Vocabulary) -> Iterator[Literal]:
     for node in section.items[1:] if section else ():
-        form = as_form(node, "facts in parentheses")
-        listed = form.items[1:] if head(form) == "and" else (form,)
+        items = as_list(node, "facts in parentheses")
+        is_single = isinstance(node, Form) and head(node) not in {"and", ""}
+        listed = (node,) if is_single else items[1:]
         for item in listed:
-            literal = _literal(item, words)
+            literal = _literal(item, words, is_fact=True)
             if not literal.positive:
                 fail(item, "a fact that is true; what is not listed is false")
             yield literal
 
 
-def _literal(node: Node, words: Vocabulary) -> Literal:
+def _literal(node: Node, words: Vocabulary, *, is_fact: bool = False) -> Literal:
     form = as_form(node, "a literal in parentheses")
-    if head(form) in {"~", "not"}:
+    if head(form) in NEGATIONS:
         (inner,) = parts(form, 1, 1, "one literal")
-        return _literal(inner, words).negated()
-    return words.atom(form, _NO_VARIABLES).ground({})
+        return _literal(inner, words, is_fact=is_fact).negated()
+    return words.atom(form, _NO_VARIABLES, is_fact=is_fact).ground({})
 
 
 def _goal(section: Form, words: Vocabulary) -> tuple[tuple[VariableSpec, ...], Expression]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from rogue.prodigy._domain import Operator
-from rogue.prodigy._events import Choice
+from rogue.prodigy._events import Choice, NodeView
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._view import SearchView
@@ -29,8 +29,11 @@ class Action(StrEnum):
     PREFER = "prefer"
 
 
-Candidate = Literal | Operator | Instance
-"""A literal for goals, an operator for operators, an instance for bindings and applied-op."""
+Candidate = Literal | Operator | Instance | NodeView
+"""A literal for goals, an operator for operators, an instance for bindings and applied-op.
+
+A choice of node has views of the open nodes.
+"""
 
 Test = Callable[[SearchView, Candidate, tuple[Candidate, ...]], bool]
 """Called with the search, one candidate, and all candidates that are left."""
@@ -42,7 +45,7 @@ class Rule:
 
     Attributes:
         name: Shown in traces and decisions.
-        choice: Goal, operator, bindings or applied-op.
+        choice: Goal, operator, bindings, applied-op or node.
         action: SELECT or REJECT.
         test: Whether the rule speaks of this candidate.
     """
@@ -52,6 +55,12 @@ class Rule:
     action: Action
     test: Test
 
+    def speaks_of(
+        self, view: SearchView, candidates: tuple[Candidate, ...]
+    ) -> tuple[Candidate, ...]:
+        """Return those of the candidates that are to be selected or rejected."""
+        return tuple(c for c in candidates if self.test(view, c, candidates))
+
 
 @dataclass(frozen=True, slots=True)
 class PreferRule:
@@ -60,6 +69,13 @@ class PreferRule:
     name: str
     choice: Choice
     better: Callable[[SearchView, Candidate, Candidate], bool]
+
+    def preferred(
+        self, view: SearchView, current: Candidate, candidates: tuple[Candidate, ...]
+    ) -> Candidate | None:
+        """Return the first of the candidates that is better than ``current``, or None."""
+        others = (c for c in candidates if c is not current)
+        return next((c for c in others if self.better(view, c, current)), None)
 
 
 @dataclass(frozen=True, slots=True)

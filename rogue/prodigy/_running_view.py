@@ -25,6 +25,11 @@ class RunningView:
         return self._node.situation.state
 
     @property
+    def objects(self) -> Objects:
+        """What there is."""
+        return self._objects
+
+    @property
     def goal(self) -> Literal | None:
         """The goal for which an operator or bindings are being chosen; None elsewhere."""
         is_choosing = self._node.kind in {NodeKind.GOAL, NodeKind.OPERATOR}

@@ -8,6 +8,7 @@ from rogue.prodigy._domain import Operator
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
+from rogue.prodigy._types import Objects
 
 
 class SearchView(Protocol):
@@ -16,6 +17,10 @@ class SearchView(Protocol):
     @property
     def state(self) -> State:
         """The simulated world."""
+
+    @property
+    def objects(self) -> Objects:
+        """What there is."""
 
     @property
     def goal(self) -> Literal | None:

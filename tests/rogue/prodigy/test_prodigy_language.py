@@ -177,7 +177,7 @@ RULES = """
   (if (and (candidate-goal (at parcel <x>)) (~ (true-in-state (at parcel <x>)))))
   (then select goal (at parcel <x>)))
 (CONTROL-RULE NO-SILLY-ROCKET
-  (if (and (current-operator load) (is-silly <vehicle>)))
+  (if (and (current-operator load) (candidate-bindings ((<r> . <vehicle>))) (is-silly <vehicle>)))
   (then reject bindings ((<r> . <vehicle>))))
 (CONTROL-RULE FLY-RATHER
   (if (current-goal (rocket-at <r> <p>)))
@@ -212,7 +212,8 @@ def test_a_rule_that_rejects_everything_leaves_no_choice() -> None:
     result = solve(parse_problem((DOMAINS / "rockets-two.pdl").read_text(), domain))
     assert result.status is Status.LIMIT
     assert "there is a plan" in result.reason
-    assert any("...no choices for operators" in line for line in result.trace)
+    why = "...no choices for operators: all rejected by control rule no-load"
+    assert any(why in line for line in result.trace)
 
 
 @pytest.mark.parametrize(
