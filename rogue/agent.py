@@ -30,7 +30,15 @@ from rogue.execution import (
 from rogue.memory import Store
 from rogue.messages import PlanView, RequestState, ShowPlan
 from rogue.planning import Rules
-from rogue.requests import Desk, Directory, RequestBook, load_directory
+from rogue.requests import (
+    Desk,
+    Directory,
+    FingerServer,
+    Questions,
+    Reception,
+    RequestBook,
+    load_directory,
+)
 from tca_bus import BusOptions, Context, Module
 
 log = logging.getLogger(__name__)
@@ -44,13 +52,15 @@ class AgentOptions:
     """How the agent works.
 
     ``folder`` is where it keeps what it must not forget; ``directory`` is a file with people and
-    items, None for the one of the package; ``arrival`` is how arrivals are verified with the
+    items, None for the one of the package; ``finger`` is a server that is asked for what no
+    directory says, None for no such server; ``arrival`` is how arrivals are verified with the
     working rules, the published ones always ask a person.
     """
 
     folder: Path
     rules: Rules = Rules.WORKING
     directory: Path | None = None
+    finger: FingerServer | None = None
     patience: Patience = field(default_factory=Patience)
     endurance: Endurance = field(default_factory=Endurance)
     arrival: Verification = field(default_factory=layered)
@@ -74,6 +84,12 @@ class Agent:
         self._conversation = Conversation(module, store)
         self._robot = BusRobot(module, options.endurance)
         self._book = RequestBook(module, store, directory)
+        self._reception = Reception(
+            store=store,
+            directory=directory,
+            questions=Questions(module, store, self._conversation),
+            server=options.finger,
+        )
         self._distances = Distances(module)
         self._locations: Locations = {}
         self._episode: Episode | None = None
@@ -82,7 +98,7 @@ class Agent:
 
     def open_desk(self) -> None:
         """Register the handlers of the module; before it joins the bus."""
-        Desk(self._module, self._store, self._book, self._directory).open(self._rooms)
+        Desk(self._module, self._store, self._book, self._reception).open(self._rooms)
         self._module.serve(ShowPlan, self._show_plan)
 
     async def run(self) -> None:
@@ -90,6 +106,7 @@ class Agent:
         await self._module.clock.wait_ready(CLOCK_WAIT)
         executor = await self._executor()
         self._book.on_change = executor.requests_changed
+        await self._reception.load()
         await self._book.load()
         self._module.start(self._watch_deadlines(), name="rogue.deadlines")
         await executor.resume()

@@ -7,9 +7,6 @@ from datetime import datetime, timedelta
 
 from rogue.errors import DeadlineError
 
-DEFAULT_SECONDS = 3600.0
-"""A request without a deadline has one hour (Haigh & Veloso 1997, node 5)."""
-
 LONGEST_SECONDS = 366 * 86400.0
 """Deadlines beyond a year are taken for slips of the pen."""
 
@@ -19,16 +16,14 @@ _RELATIVE = re.compile(rf"\+?\s*(?:{_PART.pattern}\s*)+", re.IGNORECASE)
 _CLOCK = re.compile(r"([01]?\d|2[0-3]):([0-5]\d)")
 
 
-def read_deadline(text: str | None, now: float) -> float:
-    """Read a deadline in seconds since the epoch; without one it is an hour ahead.
+def read_deadline(text: str, now: float) -> float:
+    """Read a deadline in seconds since the epoch.
 
     Clock times without a zone are local time; ``HH:MM`` is the one nearest to now.
 
     Raises:
         DeadlineError: ``text`` cannot be read, or names a time that has passed.
     """
-    if text is None or not text.strip():
-        return now + DEFAULT_SECONDS
     deadline = _read(text.strip(), now)
     if deadline is None:
         raise DeadlineError(text, "cannot be read")
@@ -37,6 +32,13 @@ def read_deadline(text: str | None, now: float) -> float:
     if deadline > now + LONGEST_SECONDS:
         raise DeadlineError(text, "is more than a year away")
     return deadline
+
+
+def read_span(text: str) -> float | None:
+    """Seconds of a time from now on, ``30m`` or ``1h30m``; None of anything else."""
+    if not _RELATIVE.fullmatch(text.strip()):
+        return None
+    return sum(float(number) * _UNITS[unit.lower()] for number, unit in _PART.findall(text))
 
 
 def show_time(when: float) -> str:
@@ -52,9 +54,9 @@ def show_deadline(when: float) -> str:
 
 
 def _read(text: str, now: float) -> float | None:
-    if _RELATIVE.fullmatch(text):
-        parts = _PART.findall(text)
-        return now + sum(float(number) * _UNITS[unit.lower()] for number, unit in parts)
+    span = read_span(text)
+    if span is not None:
+        return now + span
     if clock := _CLOCK.fullmatch(text):
         return _nearest_clock_time(int(clock[1]), int(clock[2]), now)
     try:

@@ -4,31 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from rogue.messages import Refusal
+from rogue.messages import End, Objection, Refusal
 from tca_bus import TaskError, TcaError, did_you_mean, near_matches, near_or_all
 
 
 class RequestError(TcaError, ValueError):
-    """A request that cannot be accepted; ``refusal`` names the kind."""
+    """A request that cannot be accepted; ``refusal`` names the kind, ``objection`` the facts."""
 
     exit_code = 2
 
-    def __init__(self, refusal: Refusal, text: str) -> None:
-        self.refusal = refusal
+    def __init__(self, refusal: Refusal, text: str, objection: Objection) -> None:
+        self.refusal, self.objection = refusal, objection
         super().__init__(text)
 
     def as_task_error(self) -> TaskError:
         """This error as a handler raises it, so that it crosses the bus with its name."""
-        return TaskError(self.refusal.value, str(self))
+        return TaskError(self.refusal.value, str(self), data=self.objection)
 
 
 class UnknownNameError(RequestError):
-    """A user, item or room that is not known; ``near`` are names that look like it."""
+    """A user, item or room that is not known; ``near`` are names that look like it.
 
-    def __init__(self, refusal: Refusal, kind: str, name: str, known: Iterable[str]) -> None:
+    ``field`` is that of the message; ``hint`` ends the sentence.
+    """
+
+    def __init__(
+        self,
+        refusal: Refusal,
+        kind: str,
+        name: str,
+        known: Iterable[str],
+        *,
+        field: str | None = None,
+        hint: str = "",
+    ) -> None:
         known = list(known)
         self.name, self.near = name, near_matches(name, known)
-        super().__init__(refusal, f"there is no {kind} {name!r}.{near_or_all(name, known)}")
+        expected = near_or_all(name, known).strip()
+        whose = f"{field}: " if field not in {None, kind} else ""
+        super().__init__(
+            refusal,
+            f"{whose}there is no {kind} {name!r}. {expected}{hint}",
+            Objection(field=field or kind, value=name, expected=expected),
+        )
 
 
 class UnknownRequestError(RequestError):
@@ -36,8 +54,12 @@ class UnknownRequestError(RequestError):
 
     def __init__(self, request_id: str, known: Iterable[str]) -> None:
         self.request_id = request_id
-        hint = did_you_mean(request_id, known) or " 'rogue requests' lists them."
-        super().__init__(Refusal.UNKNOWN_REQUEST, f"there is no request {request_id!r}.{hint}")
+        expected = (did_you_mean(request_id, known) or " 'rogue requests' lists them.").strip()
+        super().__init__(
+            Refusal.UNKNOWN_REQUEST,
+            f"there is no request {request_id!r}. {expected}",
+            Objection(field="id", value=request_id, expected=expected),
+        )
 
 
 class SameRoomError(RequestError):
@@ -45,9 +67,39 @@ class SameRoomError(RequestError):
 
     def __init__(self, room: str) -> None:
         self.room = room
+        expected = "another room with --from or --to"
         super().__init__(
             Refusal.SAME_ROOM,
-            f"pickup and delivery are both {room}; name another room with --from or --to",
+            f"pickup and delivery are both {room}; name {expected}",
+            Objection(field="deliver", value=room, expected=expected),
+        )
+
+
+class MissingRoomError(RequestError):
+    """Nobody knows one of the two rooms; ``question`` is what the user is to be asked."""
+
+    def __init__(self, end: End, question: str, tried: str) -> None:
+        self.end, self.question, self.tried = end, question, tried
+        expected = f"a room, with {'--from' if end == 'pickup' else '--to'}"
+        super().__init__(
+            Refusal.MISSING_ROOM,
+            f"{end}: nobody knows the room ({tried}); name {expected}",
+            Objection(field=end, value=None, expected=expected, question=question),
+        )
+
+
+class DuplicateError(RequestError):
+    """The same errand is open already, as request ``other``."""
+
+    exit_code = 7
+
+    def __init__(self, request_id: str, other: str, errand: str) -> None:
+        self.request_id, self.other = request_id, other
+        expected = "another errand, or --again to have it done once more"
+        super().__init__(
+            Refusal.DUPLICATE,
+            f"{errand} is open already, as request {other!r}; ask for {expected}",
+            Objection(field="id", value=request_id, expected=expected, other=other),
         )
 
 
@@ -56,10 +108,14 @@ class DeadlineError(RequestError):
 
     def __init__(self, deadline: str, problem: str) -> None:
         self.deadline, self.problem = deadline, problem
+        expected = (
+            "a time to come, as ISO 8601 (2026-03-01T14:30), as HH:MM, "
+            "or from now on as +30m, 90min, 1h or 1h30m"
+        )
         super().__init__(
             Refusal.BAD_DEADLINE,
-            f"deadline {deadline!r} {problem}; expected a time to come, as ISO 8601 "
-            "(2026-03-01T14:30), as HH:MM, or from now on as +30m, 90min, 1h or 1h30m",
+            f"deadline {deadline!r} {problem}; expected {expected}",
+            Objection(field="deadline", value=deadline, expected=expected),
         )
 
 
@@ -69,7 +125,9 @@ class IdTakenError(RequestError):
     def __init__(self, request_id: str) -> None:
         self.request_id = request_id
         super().__init__(
-            Refusal.ID_TAKEN, f"request id {request_id!r} belongs to another request; use a new one"
+            Refusal.ID_TAKEN,
+            f"request id {request_id!r} belongs to another request; use a new one",
+            Objection(field="id", value=request_id, expected="a new id"),
         )
 
 
@@ -91,3 +149,11 @@ class DirectoryError(TcaError, ValueError):
     def __init__(self, path: str, problem: str) -> None:
         self.path, self.problem = path, problem
         super().__init__(f"people directory {path}: {problem}")
+
+
+class FingerError(TcaError):
+    """A finger server cannot be asked, or answers what is no reply."""
+
+    def __init__(self, server: str, problem: str) -> None:
+        self.server, self.problem = server, problem
+        super().__init__(f"the finger server {server} {problem}")

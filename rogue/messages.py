@@ -16,6 +16,12 @@ from tca_bus import Broadcast, Query
 REQUEST_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 """A request's id, made by whoever posts it."""
 
+NAME_LENGTH = 64
+"""Characters of the longest name of a user, item or room."""
+
+End = Literal["pickup", "deliver"]
+"""One of the two ends of an errand, as the field of `PostRequest` that names its room."""
+
 
 class RequestState(enum.StrEnum):
     """Where a request stands."""
@@ -89,37 +95,45 @@ class DeliveryRequest(BaseModel):
         return self.pickup if self.then == "back" else self.deliver
 
 
-class Filled(BaseModel):
-    """What a user left out of a request, and who knew it.
+Source = Literal["directory", "finger", "default", "answer"]
+"""Who knew what a user left out: the people directory, the user's finger server, a default, or
+the user, in answer to a question."""
 
-    ``slot`` is the field of `PostRequest`, ``source`` the people directory, the user's finger
-    server, a default, or the user's answer to a question.
-    """
+
+class Filled(BaseModel):
+    """What a user left out of a request, by the field of `PostRequest`, and who knew it."""
 
     model_config = ConfigDict(frozen=True)
 
     slot: Literal["pickup", "deliver", "deadline"]
     value: str
-    source: Literal["directory", "finger", "default", "answer"]
+    source: Source
 
 
 class PostRequest(Query[DeliveryRequest]):
     """Ask for an errand. Posted twice with one id it is one request.
 
-    What is missing is filled in from the people directory. ``deadline`` is a time as people
-    write it: ISO 8601, ``HH:MM``, or from now on: ``+30m``, ``1h``. Answered only after the
-    request is on disk. Refused, with what would be right, as one of `Refusal`.
+    What is missing is filled in from the people directory, a finger server, and defaults; with
+    ``ask`` the person is asked on the robot's keyboard for what nobody knows, which may take
+    minutes: post again under the same id if the answer does not come in time. ``deadline`` is a
+    time as people write it: ISO 8601, ``HH:MM``, or from now on: ``+30m``, ``1h``. ``again``
+    wants an errand that is open already once more, ``anyway`` one that cannot be done in time.
+    Answered only after the request is on disk. Refused as one of `Refusal`, with `Objection` as
+    data.
     """
 
     wire_name = "rogueRequest"
 
     id: str = Field(pattern=REQUEST_ID_PATTERN)
-    user: str = Field(min_length=1, max_length=64)
-    item: str = Field(min_length=1, max_length=64)
-    pickup: str | None = Field(default=None, max_length=64)
-    deliver: str | None = Field(default=None, max_length=64)
-    deadline: str | None = Field(default=None, max_length=64)
+    user: str = Field(min_length=1, max_length=NAME_LENGTH)
+    item: str = Field(min_length=1, max_length=NAME_LENGTH)
+    pickup: str | None = Field(default=None, max_length=NAME_LENGTH)
+    deliver: str | None = Field(default=None, max_length=NAME_LENGTH)
+    deadline: str | None = Field(default=None, max_length=NAME_LENGTH)
     why: str | None = Field(default=None, max_length=1000)
+    ask: bool = False
+    again: bool = False
+    anyway: bool = False
 
 
 class Refusal(enum.StrEnum):
@@ -137,18 +151,45 @@ class Refusal(enum.StrEnum):
     """The deadline cannot be read, or has passed."""
     ID_TAKEN = "id_taken"
     """Another request has this id."""
+    MISSING_ROOM = "missing_room"
+    """Nobody knows where the item is, or where it shall go."""
+    DUPLICATE = "duplicate"
+    """The same errand is open already, under another id."""
     UNKNOWN_REQUEST = "unknown_request"
     """No request has this id."""
     NOT_READY = "not_ready"
     """The navigator, who knows the rooms, is not there."""
 
 
+class Objection(BaseModel):
+    """What is wrong with a message: the data of a `Refusal`.
+
+    ``field`` is the message's, ``value`` what it held, ``expected`` what would be right;
+    ``other`` is the id of an open request for the same errand; ``question`` is what to ask the
+    user for a room that nobody knows.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    field: str
+    value: str | None
+    expected: str
+    other: str | None = None
+    question: str | None = None
+
+
 class ListRequests(Query[list[DeliveryRequest]]):
-    """Ask for all requests, the oldest first; with ``open_only`` for those not yet ended."""
+    """Ask for all requests, the oldest first; with ``open_only`` for those not yet ended.
+
+    ``states`` and ``user`` leave out the others, ``most`` all but the latest.
+    """
 
     wire_name = "rogueRequests"
 
     open_only: bool = False
+    states: tuple[RequestState, ...] = ()
+    user: str | None = Field(default=None, min_length=1, max_length=NAME_LENGTH)
+    most: int | None = Field(default=None, ge=1)
 
 
 class StepView(BaseModel):

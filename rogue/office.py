@@ -26,7 +26,8 @@ class OfficeOptions:
     simulated seconds per second or ``max`` for lockstep; ``silence`` is the share of questions
     that simulated people do not answer, ``epoch`` the simulated time at the start in ISO 8601,
     both None for the simulator's own; ``data`` is the folder in which everything kept lies;
-    ``policy`` is the file that says who may do what, for a router with keys.
+    ``policy`` is the file that says who may do what, for a router with keys; ``directory`` is a
+    people directory, None for the built-in one, ``finger`` the address of a finger server.
     """
 
     data: Path
@@ -39,6 +40,8 @@ class OfficeOptions:
     rules: Rules = Rules.WORKING
     log_level: str = "info"
     policy: Path | None = None
+    directory: Path | None = None
+    finger: str | None = None
 
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
@@ -53,6 +56,10 @@ def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
         speech += ["--silence", str(options.silence)]
     guard = ["--policy", str(options.policy.absolute())] if options.policy is not None else []
     agent = ["--rules", options.rules.value, *data]
+    if options.directory is not None:
+        agent += ["--directory", str(options.directory.absolute())]
+    if options.finger is not None:
+        agent += ["--finger", options.finger]
 
     def module(
         name: str, package: str, command: str, flags: Sequence[str], *, terminal: bool = False

@@ -102,8 +102,8 @@ def new_search(
         load_office_domain(),
         objects={
             "room": sorted(rooms),
-            "person": sorted(directory.people),
-            "item": sorted(directory.items),
+            "person": sorted({*directory.people, *(one.user for one in errands)}),
+            "item": sorted({*directory.items, *(one.item for one in errands)}),
         },
         facts=state,
         goals=[one.goal() for one in errands],
@@ -133,6 +133,9 @@ def admit(search: Search, request: DeliveryRequest, others: Iterable[DeliveryReq
     count as reached.
     """
     own = errand(request)
+    for name, kind in ((own.user, "person"), (own.item, "item")):
+        if name not in search.objects:
+            search.add_object(name, kind)
     if own.goal() in search.goals:
         withdraw(search, request, others)
     if search.state.holds(own.goal()):

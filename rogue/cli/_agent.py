@@ -12,6 +12,7 @@ from rogue.agent import AgentOptions, run_agent
 from rogue.cli._folders import default_folder
 from rogue.execution import SURE, layered
 from rogue.planning import RuleName, Rules
+from rogue.requests import finger_server
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 
@@ -20,7 +21,8 @@ async def agent(
     *,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
-    people_directory: Path | None = None,
+    directory: Path | None = None,
+    finger: str | None = None,
     sure: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = SURE,
     camera: bool = True,
     ask_people: bool = True,
@@ -34,8 +36,10 @@ async def agent(
         Folder in which requests are kept, as rogue.db.
     rules
         Control rules: none, 1996, 1998 as in the papers' examples, or the working ones.
-    people_directory
+    directory
         YAML file with people, items and services instead of the built-in one.
+    finger
+        HOST or HOST:PORT of a finger server, asked for people and rooms that no directory has.
     sure
         With the working rules: how probable, between 0 and 1, it must be that the robot is where
         it should be before it acts on that.
@@ -50,7 +54,8 @@ async def agent(
     options = AgentOptions(
         folder=folder,
         rules=Rules(rules),
-        directory=people_directory,
+        directory=directory,
+        finger=finger_server(finger) if finger else None,
         arrival=layered(sure=sure, camera=camera, people=ask_people),
     )
     await run_agent(options, bus_options(flags))

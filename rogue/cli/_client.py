@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import TypeVar
 
-from rogue.messages import Refusal
+from rogue.messages import Objection, Refusal
 from tca_bus import HandlerFailedError, Module, Query, TcaError
 from tca_bus.cli import BusFlags, bus_options
 
@@ -18,19 +18,34 @@ ANSWER_TIMEOUT = 20.0
 
 
 class NotAcceptedError(TcaError):
-    """The agent refused a message; its sentence says what would be right."""
+    """The agent refused a message; its sentence says what would be right.
+
+    ``objection`` has the facts, where the message itself is at fault.
+    """
 
     exit_code = 2
 
-    def __init__(self, refusal: Refusal, text: str) -> None:
-        self.refusal = refusal
+    def __init__(self, refusal: Refusal, text: str, objection: Objection | None = None) -> None:
+        self.refusal, self.objection = refusal, objection
         super().__init__(text)
+
+
+class DeclinedError(NotAcceptedError):
+    """Nothing is wrong with the message, but the agent will not do it unless it is told to."""
+
+    exit_code = 7
 
 
 class NotReadyError(NotAcceptedError):
     """The agent is there, but not the modules that it needs to accept a request."""
 
     exit_code = 3
+
+
+_KINDS: dict[Refusal, type[NotAcceptedError]] = {
+    Refusal.NOT_READY: NotReadyError,
+    Refusal.DUPLICATE: DeclinedError,
+}
 
 
 @asynccontextmanager
@@ -53,5 +68,6 @@ async def ask(module: Module, query: Query[R]) -> R:
         failure = error.failure
         if failure.name not in set(Refusal):
             raise
-        kind = NotReadyError if failure.name == Refusal.NOT_READY else NotAcceptedError
-        raise kind(Refusal(failure.name), failure.text) from error
+        refusal = Refusal(failure.name)
+        objection = Objection.model_validate(failure.data) if failure.data else None
+        raise _KINDS.get(refusal, NotAcceptedError)(refusal, failure.text, objection) from error

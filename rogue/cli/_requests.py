@@ -6,9 +6,10 @@ import uuid
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
-from rogue.absence import persist
-from rogue.cli._client import ask, on_bus
+from rogue.cli._client import NotAcceptedError, ask, on_bus
+from rogue.cli._posting import post
 from rogue.cli._waiting import EXIT_CODES, states
 from rogue.deadlines import show_deadline, show_time
 from rogue.messages import (
@@ -17,6 +18,7 @@ from rogue.messages import (
     ListRequests,
     PostRequest,
     RequestDetails,
+    RequestState,
     ShowRequest,
     Why,
 )
@@ -44,6 +46,7 @@ async def request(
     deadline: str | None = None,
     why: str | None = None,
     wait: Annotated[bool, Parameter(negative="")] = False,
+    again: Annotated[bool, Parameter(negative="")] = False,
     id: Annotated[str | None, Parameter(name="--id")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> int:
@@ -56,7 +59,7 @@ async def request(
     user
         For whom.
     from_
-        Room where it is; the people directory knows a usual one.
+        Room where it is; if not given, the usual one, or you are asked.
     to
         Room where it shall be.
     deadline
@@ -65,6 +68,8 @@ async def request(
         What it is for, in your words.
     wait
         Wait for the end: exit code 0 completed, 1 failed, 6 canceled.
+    again
+        Have an errand done once more that is open already.
     id
         Name of the request; posting one name twice makes one request.
     """
@@ -76,9 +81,15 @@ async def request(
         deliver=to,
         deadline=deadline,
         why=why,
+        again=again,
     )
     async with on_bus(flags) as module:
-        posted = await persist(lambda: ask(module, message))
+        try:
+            posted = await post(module, message)
+        except NotAcceptedError as error:
+            if flags.json:
+                emit_json(_refused(error), line=True)
+            raise
         if not wait:
             _say(posted, flags)
             return 0
@@ -88,6 +99,9 @@ async def request(
 async def requests(
     *,
     open_only: Annotated[bool, Parameter(name="--open", negative="")] = False,
+    state: Annotated[tuple[RequestState, ...], Parameter(negative="")] = (),
+    user: str | None = None,
+    limit: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """List the requests, the oldest first.
@@ -96,9 +110,16 @@ async def requests(
     ----------
     open_only
         Only those that have not ended.
+    state
+        Only those in this state; may be given several times.
+    user
+        Only those of this user.
+    limit
+        Only so many, those that were posted last.
     """
+    question = ListRequests(open_only=open_only, states=state, user=user, most=limit)
     async with on_bus(flags) as module:
-        found = await ask(module, ListRequests(open_only=open_only))
+        found = await ask(module, question)
     if flags.json:
         emit_json(found)
     else:
@@ -170,6 +191,11 @@ async def _follow(module: Module, request_id: str, flags: BusFlags) -> int:
         if one.state.is_final and code and not flags.json:
             note(f"error: request {one.id} {one.state.value}: {one.reason}")
     return code
+
+
+def _refused(error: NotAcceptedError) -> dict[str, object]:
+    facts = error.objection.model_dump(exclude_none=True) if error.objection else {}
+    return {"refused": error.refusal.value, **facts, "reason": str(error)}
 
 
 def _say(one: DeliveryRequest, flags: BusFlags) -> None:

@@ -13,6 +13,7 @@ from rogue.cli._folders import default_folder, make_folder
 from rogue.cli._guard import guarded, office_policy
 from rogue.office import OfficeOptions, People, office_specs
 from rogue.planning import RuleName, Rules
+from rogue.requests import finger_server
 from tca_bus import BusOptions, ConfigError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, note
 from tca_bus.launcher import Launcher
@@ -27,6 +28,8 @@ async def up(
     silence: Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))] = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
+    directory: Path | None = None,
+    finger: str | None = None,
     secure: Annotated[bool, Parameter(negative="")] = False,
     policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
@@ -49,6 +52,10 @@ async def up(
         Folder in which everything kept lies; the user's state folder if not given.
     rules
         Control rules of the planner.
+    directory
+        YAML file with people, items and services instead of the built-in one.
+    finger
+        HOST or HOST:PORT of a finger server, asked for people and rooms that no directory has.
     secure
         Encrypt, let in only who has keys, and only to what the policy allows. Keys are made in
         the folder "keys" of --data, or of --keys, and the router listens on tls.
@@ -71,6 +78,8 @@ async def up(
         rules=Rules(rules),
         log_level=flags.level,
         policy=policy,
+        directory=directory,
+        finger=str(finger_server(finger)) if finger else None,
     )
     async with Launcher(office_specs(options, bus), bus, console=sys.stderr) as launcher:
         note(f"The office is open on {bus.connect}; everything is kept in {options.data}.")

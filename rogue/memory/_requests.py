@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 
 import aiosqlite
 
@@ -52,9 +53,36 @@ class KeptRequests:
         found = await self._base.row("SELECT filled FROM requests WHERE id = ?", request_id)
         return [Filled.model_validate(one) for one in json.loads(found[0])] if found else []
 
-    async def requests(self, *, open_only: bool = False) -> list[DeliveryRequest]:
-        """All requests, or those that have not ended, the oldest first."""
-        return await self._requests(f"WHERE {_OPEN}" if open_only else "")
+    async def latest_ids(self, most: int = 1000) -> list[str]:
+        """The ids of the requests that were posted last."""
+        rows = await self._base.rows("SELECT id FROM requests ORDER BY number DESC LIMIT ?", most)
+        return [str(row[0]) for row in rows]
+
+    async def requests(
+        self,
+        *,
+        open_only: bool = False,
+        states: Collection[RequestState] = (),
+        user: str | None = None,
+        most: int | None = None,
+    ) -> list[DeliveryRequest]:
+        """Requests, the oldest first.
+
+        All, or those that have not ended, are in one of ``states``, are for ``user``; of these
+        the latest ``most``.
+        """
+        where, values = ["1"], list[object]()
+        if open_only:
+            where.append(_OPEN)
+        if states:
+            where.append(f"state IN ({', '.join('?' * len(states))})")
+            values += [state.value for state in states]
+        if user is not None:
+            where.append("user = ?")
+            values.append(user)
+        clause = f"WHERE {' AND '.join(where)} ORDER BY number DESC LIMIT ?"
+        found = await self._requests(clause, *values, -1 if most is None else most)
+        return found[::-1]
 
     async def change_request(self, request: DeliveryRequest, *, note: str | None = None) -> bool:
         """Keep state, end and reason of a request, unless it has ended; says whether it did so."""
@@ -75,7 +103,7 @@ class KeptRequests:
 
     async def _requests(self, where: str, *values: object) -> list[DeliveryRequest]:
         rows = await self._base.rows(
-            f"SELECT {_REQUEST_COLUMNS} FROM requests {where} ORDER BY number",  # noqa: S608
+            f"SELECT {_REQUEST_COLUMNS} FROM requests {where}",  # noqa: S608
             *values,
         )
         return [_request(row) for row in rows]

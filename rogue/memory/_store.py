@@ -9,12 +9,13 @@ from typing import Self
 from rogue.memory._database import Database
 from rogue.memory._decisions import KeptDecisions
 from rogue.memory._lines import KeptLines
+from rogue.memory._people import KeptPeople
 from rogue.memory._withdrawals import Withdrawals
 
 FILE_NAME = "rogue.db"
 
 
-class Store(Withdrawals, KeptLines, KeptDecisions):
+class Store(Withdrawals, KeptLines, KeptDecisions, KeptPeople):
     """The agent's memory in ``folder``/rogue.db; an async context manager.
 
     Every method that writes has written, for good, when it returns; but for ``record``, which

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
+from weakref import WeakValueDictionary
 
 from rogue.errors import IdTakenError, RequestError, UnknownRequestError
 from rogue.memory import Store
@@ -22,9 +24,9 @@ from rogue.messages import (
 )
 from rogue.reasons import why_sentences
 from rogue.requests._book import RequestBook
-from rogue.requests._directory import Directory
 from rogue.requests._endings import is_carried
-from rogue.requests._intake import accept, is_same_errand
+from rogue.requests._intake import is_same_errand, normal, refuse_duplicate
+from rogue.requests._reception import Reception
 from tca_bus import Context, Module, TaskError, TcaError
 
 READY_WAIT = 5.0
@@ -38,12 +40,14 @@ class Desk:
     """Handlers of the messages in `rogue.messages`."""
 
     def __init__(
-        self, module: Module, store: Store, book: RequestBook, directory: Directory
+        self, module: Module, store: Store, book: RequestBook, reception: Reception
     ) -> None:
         self._module = module
         self._store = store
         self._book = book
-        self._directory = directory
+        self._reception = reception
+        self._accepting = asyncio.Lock()
+        self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
     def open(self, rooms: RoomSource) -> None:
         """Register all handlers; ``rooms`` is asked at each new request."""
@@ -57,17 +61,29 @@ class Desk:
 
     async def _post(self, message: PostRequest, context: Context) -> DeliveryRequest:
         del context
-        known = await self._store.request(message.id)
-        try:
-            if known is not None:
-                return _as_posted_before(message, known)
-            rooms = await self._known_rooms()
-            now = self._module.clock.now()
-            request = accept(message, directory=self._directory, rooms=rooms, now=now)
-        except RequestError as error:
-            raise error.as_task_error() from error
-        await self._book.add(request, message.why)
+        # One that is posted again, while what it lacks is asked for, waits for the first.
+        async with self._turns.setdefault(message.id, asyncio.Lock()):
+            try:
+                return await self._posted(message) or await self._accept(message)
+            except RequestError as error:
+                raise error.as_task_error() from error
+
+    async def _accept(self, message: PostRequest) -> DeliveryRequest:
+        rooms = await self._known_rooms()
+        now = self._module.clock.now()
+        request, filled = await self._reception.complete(message, rooms=rooms, now=now)
+        async with self._accepting:
+            if not message.again:
+                refuse_duplicate(request, self._book.open_requests())
+            await self._book.add(request, message.why, filled)
         return request
+
+    async def _posted(self, message: PostRequest) -> DeliveryRequest | None:
+        """The request that was made of the message when it came before."""
+        known = await self._store.request(message.id)
+        if known is not None and not is_same_errand(message, known):
+            raise IdTakenError(message.id)
+        return known
 
     async def _cancel(self, message: CancelRequest, context: Context) -> DeliveryRequest:
         del context
@@ -80,7 +96,12 @@ class Desk:
 
     async def _list(self, message: ListRequests, context: Context) -> list[DeliveryRequest]:
         del context
-        return await self._store.requests(open_only=message.open_only)
+        return await self._store.requests(
+            open_only=message.open_only,
+            states=message.states,
+            user=normal(message.user) if message.user else None,
+            most=message.most,
+        )
 
     async def _show(self, message: ShowRequest, context: Context) -> RequestDetails:
         del context
@@ -112,8 +133,7 @@ class Desk:
     async def _find(self, request_id: str) -> DeliveryRequest:
         request = await self._store.request(request_id)
         if request is None:
-            known = [request.id for request in await self._store.requests()]
-            raise UnknownRequestError(request_id, known).as_task_error()
+            raise UnknownRequestError(request_id, await self._store.latest_ids()).as_task_error()
         return request
 
     async def _known_rooms(self) -> dict[str, tuple[float, float]]:
@@ -124,9 +144,3 @@ class Desk:
             raise TaskError(
                 Refusal.NOT_READY, f"the robot that knows time and rooms is not there: {error}"
             ) from error
-
-
-def _as_posted_before(message: PostRequest, known: DeliveryRequest) -> DeliveryRequest:
-    if not is_same_errand(message, known):
-        raise IdTakenError(message.id)
-    return known

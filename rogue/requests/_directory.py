@@ -1,63 +1,52 @@
-"""The people directory: who works where, how important they are, and what is carried for them."""
+"""The people directory: who is who, what can be carried, and what follows for a request."""
 
 from __future__ import annotations
 
-from importlib import resources
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-
-from rogue.errors import DirectoryError, UnknownNameError
-from rogue.messages import Refusal
-
-USER = "user"
-"""The end of an errand that is the room of its user."""
+from rogue.errors import UnknownNameError
+from rogue.messages import End, Filled, Refusal, Source
+from rogue.requests._entries import USER, Defaults, Entries, Item, Person, read_entries
 
 
-class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+class Directory:
+    """People and items: those of a file, and the people who were met since.
 
-
-class Person(_Entry):
-    """Somebody with a room; ``rank`` is PersonRank, the position in the department."""
-
-    name: str = Field(min_length=1)
-    room: str = Field(min_length=1)
-    rank: int = Field(ge=0)
-    title: str = ""
-
-
-class Item(_Entry):
-    """Something to carry: how the robot calls it, TaskRank, and where it comes from and goes.
-
-    ``start`` and ``end`` name a service of the directory, or `USER`.
+    A file that is read again replaces the entries; whom and what they no longer name stays
+    known by name for the sake of requests that are open, but is not accepted any more.
     """
 
-    phrase: str = Field(min_length=1)
-    rank: int = Field(ge=0)
-    start: str = Field(alias="from")
-    end: str = Field(alias="to")
+    def __init__(self, entries: Entries) -> None:
+        self._entries = entries
+        self._met: dict[str, Person] = {}
 
+    @property
+    def people(self) -> Mapping[str, Person]:
+        """Everybody, by login name."""
+        return {**self._met, **self._entries.people}
 
-class Directory(_Entry):
-    """People and items by their names, services by the room that has them."""
+    @property
+    def items(self) -> Mapping[str, Item]:
+        """All that is carried, by name."""
+        return self._entries.items
 
-    services: dict[str, str]
-    people: dict[str, Person]
-    items: dict[str, Item]
+    @property
+    def defaults(self) -> Defaults:
+        """What counts where nobody says otherwise."""
+        return self._entries.defaults
 
-    @model_validator(mode="after")
-    def _services_exist(self) -> Directory:
-        known = {USER, *self.services}
-        for name, item in self.items.items():
-            for end in (item.start, item.end):
-                if end not in known:
-                    raise ValueError(
-                        f"item {name}: {end!r} is no service; expected one of {sorted(known)}"
-                    )
-        return self
+    def listed(self, user: str) -> Person | None:
+        """The entry of a user in the file."""
+        return self._entries.people.get(user)
+
+    def replace(self, entries: Entries) -> None:
+        """Go by another file from now on."""
+        self._entries = entries
+
+    def meet(self, user: str, person: Person) -> None:
+        """Learn of somebody whom the file does not name."""
+        self._met[user] = person
 
     def person(self, user: str) -> Person:
         """The entry of a user.
@@ -65,9 +54,10 @@ class Directory(_Entry):
         Raises:
             UnknownNameError: there is nobody of that name.
         """
-        if user not in self.people:
+        found = self.listed(user) or self._met.get(user)
+        if found is None:
             raise UnknownNameError(Refusal.UNKNOWN_USER, "user", user, self.people)
-        return self.people[user]
+        return found
 
     def item(self, item: str) -> Item:
         """The entry of an item.
@@ -79,41 +69,40 @@ class Directory(_Entry):
             raise UnknownNameError(Refusal.UNKNOWN_ITEM, "item", item, self.items)
         return self.items[item]
 
-    def ends(self, user: str, item: str) -> tuple[str, str]:
-        """The rooms where an errand begins and ends when its user names none."""
-        rooms = {USER: self.person(user).room, **self.services}
+    def usual(self, end: End, user: str, item: str) -> Filled | None:
+        """The room of one end of an errand when its user names none, where that is known."""
         entry = self.item(item)
-        return rooms[entry.start], rooms[entry.end]
+        place = entry.start if end == "pickup" else entry.end
+        if place is None:
+            return None
+        if place != USER:
+            return Filled(slot=end, value=self._entries.services[place], source="directory")
+        room = self.person(user).room
+        source: Source = "directory" if self.listed(user) else "finger"
+        return Filled(slot=end, value=room, source=source) if room else None
+
+    def is_at_user(self, end: End, item: str) -> bool:
+        """Whether that end of an errand is, as a rule, the room of its user."""
+        entry = self.item(item)
+        return (entry.start if end == "pickup" else entry.end) == USER
 
     def rank(self, user: str, item: str) -> int:
         """PersonRank + TaskRank, the priority metric of Haigh & Veloso (1996), section 4."""
         return self.person(user).rank + self.item(item).rank
 
     def phrase(self, user: str, item: str) -> str:
-        """What the robot says for an item of a user: ``Tom Mitchell's mail delivery``."""
-        return f"{self.person(user).name}'s {self.item(item).phrase}"
+        """What the robot says for an item of a user: ``Tom Mitchell's mail delivery``.
+
+        Whoever and whatever is no longer known goes by the plain name.
+        """
+        person, thing = self.people.get(user), self.items.get(item)
+        return f"{person.name if person else user}'s {thing.phrase if thing else item}"
 
 
 def load_directory(path: Path | None = None) -> Directory:
-    """Read a people directory; without ``path`` the one that comes with the package.
+    """A people directory from a file; without ``path`` the one that comes with the package.
 
     Raises:
         DirectoryError: the file cannot be read or does not fit.
     """
-    name = str(path) if path else "people.yaml"
-    try:
-        source = path or resources.files("rogue.requests") / "people.yaml"
-        content: Any = yaml.safe_load(source.read_text(encoding="utf-8"))
-        return Directory.model_validate(content)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise DirectoryError(name, str(error)) from error
-    except ValidationError as error:
-        raise DirectoryError(name, "; ".join(_sentences(error))) from error
-
-
-def _sentences(error: ValidationError) -> list[str]:
-    return [
-        f"{'.'.join(map(str, one['loc'])) or 'the document'}: {one['msg']}"
-        + (f", got {one['input']!r}" if isinstance(one["input"], str | int | float) else "")
-        for one in error.errors()
-    ]
+    return Directory(read_entries(path))

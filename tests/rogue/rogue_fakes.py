@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 
 from navigate.messages import NavigateToGoal, SetPosition
+from rogue.conversation import Conversation
 from rogue.execution import (
     Believe,
     Effect,
@@ -18,8 +19,10 @@ from rogue.execution import (
     TaskOfRobot,
     Tell,
 )
+from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome, StepOutcome
+from rogue.requests import Directory, FingerServer, Questions, Reception
 from tca_bus import Broadcast, Message, NoHandlerError
 from tca_bus.testing import ManualClock
 from xavier_sim.messages import Ask, Say
@@ -196,3 +199,11 @@ def make_request(name: str = "a", **fields: object) -> DeliveryRequest:
         "deadline": 4600.0,
     }
     return DeliveryRequest.model_validate({**values, **fields})
+
+
+def reception(
+    module: FakeModule, store: Store, directory: Directory, server: FingerServer | None = None
+) -> Reception:
+    """The desk's help in filling in requests."""
+    questions = Questions(module, store, Conversation(module, store))
+    return Reception(store=store, directory=directory, questions=questions, server=server)

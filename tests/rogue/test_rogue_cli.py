@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from rogue_fakes import reception
 
 from rogue.conversation import Conversation
 from rogue.memory import Facts, Store
 from rogue.messages import RequestState
 from rogue.requests import Desk, RequestBook, load_directory
-from tca_bus import BusOptions, Module
-from tca_bus.testing import bus, eventually
+from tca_bus import BusOptions, Context, Module
+from tca_bus.testing import bus, central, eventually
+from xavier_sim.messages import Ask, Typed
 
 pytestmark = [pytest.mark.bus, pytest.mark.process]
 
@@ -72,7 +74,7 @@ async def agent(tmp_path: Path) -> AsyncIterator[Agent]:
         async def rooms() -> dict[str, tuple[float, float]]:
             return ROOMS
 
-        Desk(module, store, book, directory).open(rooms)
+        Desk(module, store, book, reception(module, store, directory)).open(rooms)
         async with module:
             yield Agent(options, store, book, Conversation(module, store))
 
@@ -131,6 +133,33 @@ async def test_wait_ends_with_the_request(agent: Agent, state, reason, code):
     assert out.splitlines()[-1].startswith("mail: delivermail for mitchell, r-5303 to r-5313: ")
     assert state.value in out
     assert (reason or "") in out
+
+
+async def test_what_is_declined_has_a_code_of_its_own_and_says_why_in_json(agent: Agent):
+    words = ("request", "delivermail", "--user", "mitchell", "--json")
+    assert (await agent.run(*words, "--id", "a"))[0] == 0
+    code, out, err = await agent.run(*words, "--id", "b")
+    assert code == 7
+    assert "is open already, as request 'a'" in err
+    refused = json.loads(out)
+    assert (refused["refused"], refused["field"], refused["other"]) == ("duplicate", "id", "a")
+    assert (await agent.run(*words, "--id", "b", "--again"))[0] == 0
+    code, out, _ = await agent.run("requests", "--user", "mitchell", "--limit", "1", "--json")
+    assert [one["id"] for one in json.loads(out)] == ["b"]
+
+
+async def test_without_a_terminal_the_robot_asks_for_what_nobody_knows(agent: Agent):
+    async def answer(question: Ask, context: Context) -> Typed:
+        del context
+        return Typed(answer="5307" if question.about == "deliver" else "", time=0.0)
+
+    speech = Module("speech", options=agent.options)
+    speech.serve(Ask, answer)
+    async with central(agent.options), speech:
+        code, out, err = await agent.run("request", "delivermail", "--user", "visitor", "--json")
+    assert code == 0, err
+    assert "On the robot's keyboard, visitor is asked: Which room" in err
+    assert json.loads(out)["deliver"] == "r-5307"
 
 
 async def test_the_trace_is_printed_from_its_beginning(agent: Agent):

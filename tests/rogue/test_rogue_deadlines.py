@@ -15,8 +15,6 @@ NOW = datetime(2026, 3, 4, 14, 30).astimezone().timestamp()
 @pytest.mark.parametrize(
     ("text", "seconds"),
     [
-        (None, 3600),
-        ("  ", 3600),
         ("+30m", 1800),
         ("30min", 1800),
         ("1h", 3600),
@@ -28,7 +26,7 @@ NOW = datetime(2026, 3, 4, 14, 30).astimezone().timestamp()
         ("2026-03-05 14:30", 86400),
     ],
 )
-def test_times_as_people_write_them(text: str | None, seconds: float):
+def test_times_as_people_write_them(text: str, seconds: float):
     assert read_deadline(text, NOW) == pytest.approx(NOW + seconds)
 
 
@@ -42,7 +40,7 @@ def test_iso_with_a_zone_is_that_zones_time():
     assert read_deadline("2026-03-04T16:00:00+01:00", now) == pytest.approx(now + 1800)
 
 
-@pytest.mark.parametrize("text", ["soon", "25:00", "1x", "+", "2026-13-01", "12:61", "h", "0x10"])
+@pytest.mark.parametrize("text", ["soon", " ", "25:00", "1x", "+", "2026-13-01", "12:61", "h"])
 def test_what_cannot_be_read_is_refused_with_the_forms(text: str):
     with pytest.raises(DeadlineError, match=r"cannot be read; expected .* HH:MM"):
         read_deadline(text, NOW)

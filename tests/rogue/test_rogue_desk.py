@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from rogue_fakes import FakeModule
+from rogue_fakes import FakeModule, reception
 
 from rogue.memory import Store
 from rogue.messages import (
@@ -31,12 +32,13 @@ async def module(tmp_path: Path) -> AsyncIterator[FakeModule]:
         async def rooms() -> dict[str, tuple[float, float]]:
             return ROOMS
 
-        Desk(module, store, book, directory).open(rooms)
+        Desk(module, store, book, reception(module, store, directory)).open(rooms)
         yield module
 
 
-def post(name: str = "a", **fields: str) -> PostRequest:
-    return PostRequest(**{"id": name, "user": "mitchell", "item": "delivermail", **fields})
+def post(name: str = "a", **fields: object) -> PostRequest:
+    values = {"id": name, "user": "mitchell", "item": "delivermail", **fields}
+    return PostRequest.model_validate(values)
 
 
 async def test_posting_twice_is_one_request(module: FakeModule):
@@ -44,6 +46,49 @@ async def test_posting_twice_is_one_request(module: FakeModule):
     await module.clock.advance(5.0)
     assert await module.ask(post()) == first
     assert await module.ask(ListRequests()) == [first]
+
+
+async def test_the_same_errand_is_told_of_unless_it_is_wanted_again(module: FakeModule):
+    await module.ask(post())
+    with pytest.raises(TaskError, match="as request 'a'") as caught:
+        await module.ask(post("b"))
+    assert (caught.value.name, caught.value.data["other"]) == ("duplicate", "a")
+    assert (await module.ask(post("b", again=True))).id == "b"
+
+
+async def test_an_errand_that_has_ended_may_be_asked_for_anew(module: FakeModule):
+    await module.ask(post())
+    await module.ask(CancelRequest(id="a"))
+    assert (await module.ask(post("b"))).id == "b"
+
+
+async def test_posting_twice_at_the_same_time_is_one_request(module: FakeModule):
+    first, second = await asyncio.gather(module.ask(post()), module.ask(post()))
+    assert first == second
+    assert await module.ask(ListRequests()) == [first]
+
+
+async def test_requests_are_listed_by_state_user_and_number(module: FakeModule):
+    for number, user in enumerate(["mitchell", "jhm", "veloso"]):
+        await module.ask(post(str(number), user=user))
+    await module.ask(CancelRequest(id="1"))
+
+    async def listed(**fields: object) -> list[str]:
+        return [one.id for one in await module.ask(ListRequests.model_validate(fields))]
+
+    assert await listed(states=["queued"]) == ["0", "2"]
+    assert await listed(user="JHM") == ["1"]
+    assert await listed(most=2) == ["1", "2"]
+    assert await listed(most=1, open_only=True) == ["2"]
+
+
+async def test_what_was_filled_in_is_shown(module: FakeModule):
+    await module.ask(post(deliver="r-5301"))
+    details = await module.ask(ShowRequest(id="a"))
+    assert [(one.slot, one.source) for one in details.filled] == [
+        ("pickup", "directory"),
+        ("deadline", "default"),
+    ]
 
 
 async def test_an_id_belongs_to_one_errand(module: FakeModule):
@@ -67,6 +112,7 @@ async def test_what_is_wrong_is_refused_by_name_and_not_kept(module, fields, nam
     with pytest.raises(TaskError) as caught:
         await module.ask(post(**fields))
     assert caught.value.name == name
+    assert set(caught.value.data) >= {"field", "value", "expected"}
     assert await module.ask(ListRequests()) == []
 
 
@@ -77,7 +123,8 @@ async def test_without_a_navigator_a_request_is_refused(tmp_path: Path):
         async def rooms() -> dict[str, tuple[float, float]]:
             raise NoHandlerError("navigateRooms")
 
-        Desk(module, store, RequestBook(module, store, directory), directory).open(rooms)
+        book = RequestBook(module, store, directory)
+        Desk(module, store, book, reception(module, store, directory)).open(rooms)
         with pytest.raises(TaskError, match="rooms is not there") as caught:
             await module.ask(post())
         assert caught.value.name == "not_ready"

@@ -6,7 +6,7 @@ import pytest
 
 from rogue.errors import DirectoryError, UnknownNameError
 from rogue.messages import Refusal
-from rogue.requests import Directory, load_directory
+from rogue.requests import Directory, Person, load_directory, read_entries
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,37 @@ def test_every_item_of_the_papers_is_carried(directory):
 
 
 def test_mail_comes_from_the_mail_room_and_goes_to_the_user(directory):
-    assert directory.ends("mitchell", "delivermail") == ("r-5303", "r-5313")
-    assert directory.ends("mitchell", "pickupmail") == ("r-5313", "r-5303")
+    ends = [directory.usual(end, "mitchell", "delivermail") for end in ("pickup", "deliver")]
+    assert [end.value for end in ends] == ["r-5303", "r-5313"]
+    assert directory.usual("pickup", "mitchell", "pickupmail").value == "r-5313"
+
+
+def test_who_was_met_is_known_by_the_source_that_named_them(directory):
+    own = Directory(read_entries())
+    own.meet("tom", Person(name="Tom", room="r-5307", rank=0))
+    usual = own.usual("deliver", "tom", "delivermail")
+    assert (usual.value, usual.source) == ("r-5307", "finger")
+    assert own.phrase("tom", "delivermail") == "Tom's mail delivery"
+
+
+def test_whom_a_new_file_leaves_out_keeps_a_name_but_is_not_accepted(tmp_path):
+    own, file = Directory(read_entries()), tmp_path / "people.yaml"
+    file.write_text("services: {}\npeople: {}\nitems: {}")
+    own.replace(read_entries(file))
+    assert own.phrase("mitchell", "delivermail") == "mitchell's delivermail"
+    with pytest.raises(UnknownNameError):
+        own.person("mitchell")
+
+
+def test_a_person_without_a_room_and_an_item_without_a_place_are_missing(tmp_path):
+    file = tmp_path / "people.yaml"
+    file.write_text(
+        "services: {}\npeople: {tom: {name: Tom, rank: 0}}\n"
+        "items: {parcel: {phrase: parcel, rank: 1, to: user}}"
+    )
+    own = load_directory(file)
+    assert own.usual("pickup", "tom", "parcel") is None
+    assert own.usual("deliver", "tom", "parcel") is None
 
 
 def test_unknown_user_names_near_ones(directory):
@@ -59,7 +88,9 @@ def test_unknown_item_with_nothing_near_lists_all(directory):
     [
         ("people: [", "people directory"),
         ("services: {}\npeople: {}\nitems: {a: {phrase: b, rank: 1, from: x, to: user}}", "'x' is"),
-        ("services: {}\npeople: {tom: {name: Tom}}\nitems: {}", "people.tom.room"),
+        ("services: {}\npeople: {tom: {name: Tom}}\nitems: {}", "people.tom.rank"),
+        ("services: {}\npeople: {a: {name: A, rank: 0, finger: b}}\nitems: {}", "login@HOST"),
+        ("services: {}\npeople: {}\nitems: {}\ndefaults: {deadline: noon}", "30m or 1h30m"),
         ("just words", "the document: .*, got 'just words'"),
     ],
 )
