@@ -14,6 +14,7 @@ from rogue.agent import Agent, AgentOptions
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, ListRequests, PostRequest, ReadTrace, ShowPlan
 from rogue.requests import load_directory
+from rogue.trace import LISTENING
 from tca_bus.testing import eventually
 
 POST = PostRequest(id="a", user="mitchell", item="delivermail")
@@ -56,16 +57,20 @@ async def reaches(module: FakeModule, state: str) -> DeliveryRequest:
     return (await requests(module))[0]
 
 
+async def listens(module: FakeModule, *, times: int) -> None:
+    async def has_said_so() -> bool:
+        lines = await module.ask(ReadTrace())
+        return [line.text for line in lines].count(LISTENING) == times
+
+    await eventually(has_said_so, what="the agent to listen")
+
+
 async def test_a_request_is_served_and_the_agent_listens_on(tmp_path, monkeypatch):
     async with running(tmp_path, ScriptedRobot(), monkeypatch) as module:
+        await listens(module, times=1)
         await module.ask(POST)
         await reaches(module, "completed")
-
-        async def listens_again() -> bool:
-            lines = await module.ask(ReadTrace())
-            return [line.text for line in lines].count("Listening for incoming requests...") == 2
-
-        await eventually(listens_again)
+        await listens(module, times=2)
         plan = await module.ask(ShowPlan())
         assert not plan.planning
         assert plan.executed[0] == "<GOTO-PICKUP-LOC MITCHELL R-5303>"
