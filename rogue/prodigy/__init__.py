@@ -10,6 +10,7 @@ from rogue.prodigy._costs import Costs
 from rogue.prodigy._domain import Domain, Effect, InferenceMode, InferenceRule, Operator
 from rogue.prodigy._errors import (
     FunctionError,
+    InferenceError,
     LiteralError,
     PdlError,
     Position,
@@ -76,6 +77,7 @@ __all__ = [
     "FunctionError",
     "GoalTree",
     "Handler",
+    "InferenceError",
     "InferenceMode",
     "InferenceRule",
     "Instance",

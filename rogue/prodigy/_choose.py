@@ -108,7 +108,7 @@ class Chooser:
         self._decider.note(Choice.APPLIED_OP, node, child, picked)
         if len(ready) == 1 and not can_subgoal:
             self._tree.close(node)
-        if child.situation.state in node.situation.past:
+        if child.situation.repeats(node.situation):
             return Failure(child, "applying leads to state loop")
         return child
 

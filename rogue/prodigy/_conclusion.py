@@ -61,9 +61,10 @@ def exhausted(engine: Engine) -> Ending:
         found = f"{engine.solutions.count} solutions were found"
         reason = f"{found}; {cut}" if cut else f"{found}; no alternatives are left"
         return Ending(Status.SOLVED, reason, cut)
-    state = tree.barrier.situation.state
-    goals = tree.goal_sets(state)
-    proof = prove_unsolvable(tree.world(state), goals, options.proof_states)
+    facts = tree.barrier.situation.facts
+    goals = tree.goal_sets(facts.state)
+    world = tree.world(facts.base)
+    proof = prove_unsolvable(world, goals, options.proof_states, tree.inference, facts)
     if proof.is_proved:
         return Ending(Status.UNSOLVABLE, proof.reason, hopeless=proof.hopeless)
     limit = cut or Limit(LimitKind.PROOF_STATES, options.proof_states)

@@ -9,6 +9,7 @@ from rogue.prodigy._domain import Effect
 from rogue.prodigy._expressions import TRUE, required
 from rogue.prodigy._grounding import World
 from rogue.prodigy._instance import Instance
+from rogue.prodigy._state import State
 from rogue.prodigy._terms import Bindings, Literal, Value
 
 
@@ -20,10 +21,13 @@ class Changes:
     deleted: tuple[Literal, ...] = ()
 
 
-def changes(instance: Instance, world: World) -> Changes:
-    """Return the facts whose truth changes when ``instance`` is applied."""
+def changes(instance: Instance, world: World, base: State) -> Changes:
+    """Return the facts whose truth changes when ``instance`` is applied.
+
+    Conditions are those of ``world``; ``base`` is what is so without inference.
+    """
     adds, deletes = gross_changes(instance, world)
-    holds = world.state.holds
+    holds = base.holds
     return Changes(
         tuple(fact for fact in adds if not holds(fact)),
         tuple(fact for fact in deletes if fact not in adds),
@@ -42,6 +46,14 @@ def gross_changes(
         else:
             deletes.update(dict.fromkeys(_deleted(effect, instance.bindings, world)))
     return adds, deletes
+
+
+def says(instance: Instance, world: World) -> Iterator[Literal]:
+    """Yield what an instance of an inference rule says under any further condition."""
+    for effect in instance.operator.effects:
+        if effect.condition == TRUE:
+            for case in world.combinations(effect.variables, instance.bindings):
+                yield effect.atom.ground(case, positive=effect.adds)
 
 
 def makes(instance: Instance, literal: Literal, world: World) -> bool:

@@ -216,7 +216,7 @@ class Engine:
     def _execute(self, node: Node) -> Iterator[Event]:
         assert node.instance is not None
         before = self.tree.next_situation.before(node)
-        predicted = changes(node.instance, self.tree.world(before.state))
+        predicted = changes(node.instance, self.tree.world(before.state), before.facts.base)
         self.awaiting, self._predicted = node, (predicted.added, predicted.deleted)
         needs = node.instance.preconditions
         yield Execute(node.view(), node.step(), needs, predicted.added, predicted.deleted)
@@ -313,7 +313,7 @@ class Engine:
     def _reroot(self) -> Iterator[Event]:
         """Start anew from the state after the last execution, keeping the goals."""
         self._changed = False
-        root = self.tree.plant(self.tree.barrier.situation.state)
+        root = self.tree.plant(self.tree.barrier.situation.facts.base)
         yield Rerooted(root.view(), "no alternatives are left since the last execution")
         yield from self._announce_root()
 

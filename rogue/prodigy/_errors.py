@@ -94,5 +94,14 @@ class FunctionError(ProdigyError):
         super().__init__(f"function ({function} {shown}) {problem}")
 
 
+class InferenceError(ProdigyError):
+    """Inference rules of which one says something because it is not said."""
+
+    def __init__(self, rules: tuple[str, ...]) -> None:
+        self.rules = rules
+        named = ", ".join(rules)
+        super().__init__(f"among the inference rules {named} one hangs on its own absence")
+
+
 class SequenceError(ProdigyError):
     """A search was driven in the wrong order, such as stepping before an outcome was given."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from rogue.prodigy._choose import Chooser
 from rogue.prodigy._control import Filtered, filter_candidates
 from rogue.prodigy._decide import Decider, Failure
-from rogue.prodigy._domain import Operator
+from rogue.prodigy._domain import InferenceMode, Operator
 from rogue.prodigy._events import Choice, Decided, NodeKind
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import FINISH, instances_for, is_relevant
@@ -27,12 +29,10 @@ class Expander:
         self._options = options
         self._decider = Decider(tree, rules)
         self._chooser = Chooser(tree, self._decider, options)
-        self._achievers: dict[tuple[str, bool], list[Operator]] = {}
-        for operator in tree.domain.operators:
-            for effect in operator.effects:
-                known = self._achievers.setdefault((effect.atom.predicate, effect.adds), [])
-                if operator not in known:
-                    known.append(operator)
+        inferring = tree.domain.inference_rules
+        lazy = [r for r in inferring if r.mode is InferenceMode.LAZY]
+        self._achievers = _by_effect([*tree.domain.operators, *lazy])
+        self._eager = _by_effect([r for r in inferring if r.mode is InferenceMode.EAGER])
 
     @property
     def decisions(self) -> list[Decided]:
@@ -82,8 +82,12 @@ class Expander:
 
     def _relevant(self, goal: Literal, node: Node) -> list[Operator]:
         world = self._tree.world(node.situation.state)
-        known = self._achievers.get((goal.predicate, goal.positive), ())
-        return [o for o in known if is_relevant(o, goal, world)]
+        for achievers in (self._achievers, self._eager):
+            known = achievers.get((goal.predicate, goal.positive), ())
+            relevant = [o for o in known if is_relevant(o, goal, world)]
+            if relevant:
+                return relevant
+        return []
 
     def _operator(self, node: Node) -> Node | Failure | None:
         filtered = Filtered(tuple(node.instances or ()))
@@ -134,3 +138,13 @@ class Expander:
             if ancestor is not None:
                 return Failure(node, f"goal loop with node {ancestor.number}", structural=True)
         return None
+
+
+def _by_effect(operators: Iterable[Operator]) -> dict[tuple[str, bool], list[Operator]]:
+    """Return the operators by what they make true (True) or false (False)."""
+    found: dict[tuple[str, bool], dict[str, Operator]] = {}
+    for operator in operators:
+        for effect in operator.effects:
+            key = (effect.atom.predicate, effect.adds)
+            found.setdefault(key, {})[operator.name] = operator
+    return {key: list(named.values()) for key, named in found.items()}

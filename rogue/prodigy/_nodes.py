@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from immutables import Map
 
-from rogue.prodigy._domain import Operator
+from rogue.prodigy._domain import InferenceRule, Operator
 from rogue.prodigy._events import NodeKind, NodeView, StepView
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import FINISH
@@ -85,6 +85,10 @@ class Node:
     def is_finish(self) -> bool:
         """Say whether this is a binding of *finish*."""
         return self.instance is not None and self.instance.name == FINISH
+
+    def is_applicable(self) -> bool:
+        """Say whether this binds an operator, neither an inference rule nor *finish*."""
+        return not self.is_finish() and not isinstance(self.operator, InferenceRule)
 
     def is_root(self) -> bool:
         """Say whether this is the applied operator of nothing at which a search starts."""

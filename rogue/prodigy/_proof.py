@@ -6,10 +6,11 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from rogue.prodigy._domain import Operator
+from rogue.prodigy._domain import InferenceMode, Operator
 from rogue.prodigy._effects import changes
 from rogue.prodigy._functions import GEN_FROM_PRED
 from rogue.prodigy._grounding import World
+from rogue.prodigy._inference import Inference, Inferred
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import all_instances
 from rogue.prodigy._state import State
@@ -42,40 +43,63 @@ class _OutOfBudgetError(Exception):
     """Too much to look at."""
 
 
-def prove_unsolvable(world: World, alternatives: Iterable[Goals], states: int) -> Proof:
+def prove_unsolvable(
+    world: World,
+    alternatives: Iterable[Goals],
+    states: int,
+    inference: Inference,
+    inferred: Inferred,
+) -> Proof:
     """Try to prove that no plan reaches any of the alternative sets of goals.
 
     First with deletions and additions ignored as obstacles, which is quick and can name the
     goals to blame; then by looking at every state that can be reached, up to ``states``.
+
+    Args:
+        world: What is so without inference.
+        alternatives: The sets of goals.
+        states: How many states may be looked at.
+        inference: The inference rules.
+        inferred: What was inferred so far, from which the rest follows.
     """
     goal_sets = list(alternatives)
     if not goal_sets:
         return Proof(True, "no values for the variables of the goal")
     try:
-        missed = _relaxed(world, goal_sets)
+        missed = _relaxed(world, goal_sets, inference.axioms(inferred, world.state, world.objects))
     except _OutOfBudgetError:
         missed = []
     if missed and all(missed):
         hopeless = tuple(dict.fromkeys(goal for goals in missed for goal in goals))
         named = ", ".join(map(str, hopeless))
         return Proof(True, f"proved unsolvable: nothing can bring about {named}", hopeless)
-    return _exhaustive(world, goal_sets, states)
+    return _exhaustive(world, goal_sets, states, inference, inferred)
 
 
-def _relaxed(world: World, goal_sets: list[Goals]) -> list[Goals]:
-    """Return, for each set of goals, those that stay out of reach even without obstacles."""
-    start, reached, undone = world.state, world.state, set[Literal]()
+def _relaxed(world: World, goal_sets: list[Goals], begun: Inferred) -> list[Goals]:
+    """Return, for each set of goals, those that stay out of reach even without obstacles.
+
+    What is inferred may come to be so like what operators do, and may always end.
+    """
+    start, reached, undone = begun.state, begun.state, set[Literal]()
+    domain = world.domain
+    rules = [r for r in domain.inference_rules if r.mode is not InferenceMode.STATIC]
+    inferred = {effect.atom.predicate for rule in rules for effect in rule.effects}
+
+    def is_reachable(literal: Literal) -> bool:
+        if not literal.positive and literal.predicate in inferred:
+            return True
+        return _reachable(literal, start, reached, undone)
+
     size = -1
     while size != (size := sum(1 for _ in reached.facts()) + len(undone)):
         now = World(world.domain, world.objects, reached)
-        for instance in _ground(world.domain.operators, now):
-            if all(_reachable(p, start, reached, undone) for p in instance.preconditions):
+        for instance in _ground([*domain.operators, *rules], now):
+            if all(is_reachable(p) for p in instance.preconditions):
                 added, deleted = _possible_effects(instance, now)
                 reached = reached.changed(added)
                 undone.update(deleted)
-    return [
-        tuple(g for g in goals if not _reachable(g, start, reached, undone)) for goals in goal_sets
-    ]
+    return [tuple(g for g in goals if not is_reachable(g)) for goals in goal_sets]
 
 
 def _reachable(literal: Literal, start: State, reached: State, undone: set[Literal]) -> bool:
@@ -103,22 +127,31 @@ def _ground(operators: Iterable[Operator], world: World) -> Iterator[Instance]:
             yield instance
 
 
-def _exhaustive(world: World, goal_sets: list[Goals], states: int) -> Proof:
+def _exhaustive(
+    world: World,
+    goal_sets: list[Goals],
+    states: int,
+    inference: Inference,
+    inferred: Inferred,
+) -> Proof:
     try:
         fixed = list(_ground([o for o in world.domain.operators if not _varies(o)], world))
         varying = [o for o in world.domain.operators if _varies(o)]
-        seen = {world.state}
-        agenda, checks = deque(seen), 0
+        start = inference.axioms(inferred, world.state, world.objects)
+        seen = {(start.base, start.eager)}
+        agenda, checks = deque([start]), 0
         while agenda:
-            now = World(world.domain, world.objects, agenda.popleft())
+            facts = agenda.popleft()
+            now = World(world.domain, world.objects, facts.state)
             if any(all(map(now.state.holds, goals)) for goals in goal_sets):
                 return Proof(False, "there is a plan")
             instances = [*fixed, *_ground(varying, now)]
             checks += len(instances)
-            for state in _successors(now, instances):
-                if state not in seen:
-                    seen.add(state)
-                    agenda.append(state)
+            for base in _successors(now, facts.base, instances):
+                after = inference.axioms(facts, base, world.objects)
+                if (after.base, after.eager) not in seen:
+                    seen.add((after.base, after.eager))
+                    agenda.append(after)
             if len(seen) > states or checks > states * CHECKS_A_STATE:
                 return Proof(False, "whether there is a plan is not known")
     except _OutOfBudgetError:
@@ -130,8 +163,8 @@ def _varies(operator: Operator) -> bool:
     return any(call.function == GEN_FROM_PRED for v in operator.variables for call in v.calls)
 
 
-def _successors(world: World, instances: Iterable[Instance]) -> Iterator[State]:
+def _successors(world: World, base: State, instances: Iterable[Instance]) -> Iterator[State]:
     for instance in instances:
         if all(map(world.state.holds, instance.preconditions)):
-            made = changes(instance, world)
-            yield world.state.changed(made.added, made.deleted)
+            made = changes(instance, world, base)
+            yield base.changed(made.added, made.deleted)

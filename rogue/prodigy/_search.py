@@ -138,7 +138,10 @@ class Search:
 
     def add_object(self, name: str, kind: str) -> None:
         """Add an object of type ``kind``; takes effect at once. UnknownNameError for the type."""
-        self._engine.tree.objects = self._engine.tree.objects.with_object(name, kind)
+        tree = self._engine.tree
+        tree.objects = tree.objects.with_object(name, kind)
+        if not tree.inference.is_idle:
+            self._engine.change()
 
     def define_handler(self, condition: str, handler: Handler) -> None:
         """Run ``handler(search, data)`` at the poll after each signal of ``condition``.

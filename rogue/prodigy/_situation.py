@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from immutables import Map
 
+from rogue.prodigy._inference import Inferred
 from rogue.prodigy._state import State
 from rogue.prodigy._tail import Tail
 from rogue.prodigy._terms import Literal
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from rogue.prodigy._nodes import Node
 
 Needs = tuple[Literal, ...]
+World = tuple[State, frozenset[Literal]]
+"""A state, and what eager rules inferred in it, on which it depends what they infer next."""
 Changeable = frozenset[tuple[str, bool]]
 """Predicates that something can make true (True) or false (False)."""
 
@@ -30,8 +33,8 @@ class Situation:
     """What is so at a node.
 
     Attributes:
-        state: The simulated world.
-        past: The states that the path was in since the world last changed by itself.
+        facts: The simulated world, and what was inferred in it.
+        past: The worlds that the path was in since the last change that it did not make.
         expanded: Goals being worked on, with the goal node of each. A literal leaves it when its
             truth changes.
         tail: Binding nodes chosen and not yet applied, by number.
@@ -43,8 +46,8 @@ class Situation:
         finish: The node of *finish* in the tail.
     """
 
-    state: State
-    past: Map[State, None]
+    facts: Inferred
+    past: Map[World, None]
     expanded: Map[Literal, Node]
     tail: Map[int, Node]
     own_needs: Map[int, Needs]
@@ -55,9 +58,19 @@ class Situation:
     finish: Node | None = None
 
     @staticmethod
-    def at(state: State) -> Situation:
+    def at(facts: Inferred) -> Situation:
         """Return the situation at a root: nothing was chosen yet."""
-        return Situation(state, Map({state: None}), Map(), Map(), Map(), Map(), Map(), Map(), Map())
+        past: Map[World, None] = Map([(_world(facts), None)])
+        return Situation(facts, past, Map(), Map(), Map(), Map(), Map(), Map(), Map())
+
+    @property
+    def state(self) -> State:
+        """All that is true."""
+        return self.facts.state
+
+    def repeats(self, earlier: Situation) -> bool:
+        """Say whether the world was like this at ``earlier`` or on the way to it."""
+        return _world(self.facts) in earlier.past
 
     def needs(self, node: Node) -> Needs:
         """Return what a binding node needs: its preconditions, or what was made of them."""
@@ -86,6 +99,7 @@ class Draft:
 
     def __init__(self, start: Situation, changeable: Changeable) -> None:
         self._changeable = changeable
+        self._facts = start.facts
         self._state = start.state
         self._past = start.past
         self._finish = start.finish
@@ -100,7 +114,7 @@ class Draft:
     def done(self) -> Situation:
         """Return the situation made."""
         return Situation(
-            self._state,
+            self._facts,
             self._past,
             self._expanded.finish(),
             self._tail.finish(),
@@ -153,14 +167,16 @@ class Draft:
         if self._expanded.pop(goal, None) is not None:
             self._want(goal)
 
-    def move(self, state: State, changed: Iterable[Literal], *, forget: bool = False) -> None:
-        """Go on to ``state``, which differs from the last in the facts ``changed``.
+    def move(self, facts: Inferred, changed: Iterable[Literal], *, forget: bool = False) -> None:
+        """Go on to ``facts``, which differ from the last at most in ``changed``.
 
         What changes is no longer a goal being worked on. With ``forget`` earlier states may come
         again: the world changed by itself.
         """
-        before, self._state = self._state, state
-        self._past = Map({state: None}) if forget else self._past.set(state, None)
+        before, state = self._state, facts.state
+        self._facts, self._state = facts, state
+        world = _world(facts)
+        self._past = Map({world: None}) if forget else self._past.set(world, None)
         for fact in changed:
             if before.holds(fact) != state.holds(fact):
                 self._flip(fact if state.holds(fact) else fact.negated())
@@ -216,6 +232,10 @@ class Draft:
         goal = node.goal
         if goal is not None and self._expanded.get(goal) is node.goal_node:
             self.leave(goal)
+
+
+def _world(facts: Inferred) -> World:
+    return facts.base, facts.eager
 
 
 def _newest_first(node: Node, others: tuple[Node, ...]) -> tuple[Node, ...]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from rogue.prodigy._errors import SequenceError
 from rogue.prodigy._grounding import World
+from rogue.prodigy._inference import Inference
 from rogue.prodigy._instances import all_instances, finish_operator
 from rogue.prodigy._options import SearchOptions
 from rogue.prodigy._problem import Problem
@@ -102,10 +103,12 @@ def _is_exhausted(search: Search) -> bool:
 
 
 def _prove(problem: Problem, states: int) -> Proof:
-    world = World(problem.domain, problem.objects, problem.state)
+    inference = Inference(problem.domain, [problem.goal])
+    begun = inference.start(problem.state, problem.objects)
+    world = World(problem.domain, problem.objects, begun.base)
     finish = finish_operator(problem.variables, problem.goal)
     goals = (instance.preconditions for instance in all_instances(finish, world))
-    return prove_unsolvable(world, goals, states)
+    return prove_unsolvable(world, goals, states, inference, begun)
 
 
 def _proved(result: SearchResult, proof: Proof) -> SearchResult:

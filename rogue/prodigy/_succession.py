@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from rogue.prodigy._effects import changes
+from rogue.prodigy._effects import changes, says
 from rogue.prodigy._events import NodeKind
+from rogue.prodigy._inference import Inference
 from rogue.prodigy._instances import DONE
 from rogue.prodigy._nodes import Node
 from rogue.prodigy._situation import Draft, Situation
+from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
 
 if TYPE_CHECKING:
@@ -21,6 +23,10 @@ class Succession:
 
     def __init__(self, tree: Tree) -> None:
         self._tree = tree
+
+    @property
+    def _inference(self) -> Inference:
+        return self._tree.inference
 
     def _draft(self, start: Situation) -> Draft:
         return Draft(start, self._tree.domain.changed)
@@ -35,7 +41,7 @@ class Succession:
             case NodeKind.BINDING:
                 draft = self._draft(above)
                 draft.choose(node, self._tree.finish_needs(node) if node.is_finish() else None)
-                return draft.done()
+                return self._chained(draft.done())
             case NodeKind.APPLIED:
                 return self._applied(node, above)
         return above
@@ -43,7 +49,7 @@ class Succession:
     def _applied(self, node: Node, above: Situation) -> Situation:
         assert node.instance is not None
         node.before = None
-        made = changes(node.instance, self._tree.world(above.state))
+        made = changes(node.instance, self._tree.world(above.state), above.facts.base)
         return self.outcome(node, above, made.added, made.deleted)
 
     def before(self, applied: Node) -> Situation:
@@ -81,7 +87,46 @@ class Succession:
         draft = self._without(applied, above)
         if applied.goal is not None:
             draft.leave(applied.goal)
-        draft.move(above.state.changed(added, deleted), (*added, *deleted), forget=unforeseen)
+        base = above.facts.base.changed(added, deleted)
+        self._move(draft, above, base, (*added, *deleted), forget=unforeseen)
+        return self._chained(draft.done())
+
+    def _move(
+        self,
+        draft: Draft,
+        above: Situation,
+        base: State,
+        changed: Iterable[Literal],
+        *,
+        forget: bool,
+    ) -> None:
+        """Go on to the facts ``base``, with what inference rules make of them."""
+        facts = self._inference.after(above.facts, base, self._tree.objects)
+        if not self._inference.is_idle:
+            changed = facts.state.difference(above.state)
+        draft.move(facts, changed, forget=forget)
+
+    def _chained(self, situation: Situation) -> Situation:
+        """Return the situation once every lazy rule chosen that can fire has fired."""
+        while self._inference.lazy_rules:
+            nodes = situation.free.values()
+            ready = [n for n in nodes if n.operator in self._inference.lazy_rules]
+            if not ready:
+                break
+            situation = self._fired(min(ready, key=lambda n: n.number), situation)
+        return situation
+
+    def _fired(self, node: Node, above: Situation) -> Situation:
+        """Return the situation after a lazy rule was fired."""
+        assert node.instance is not None
+        assert node.goal is not None
+        world = self._tree.world(above.state)
+        said = frozenset({node.goal, *says(node.instance, world)})
+        facts = self._inference.fired(above.facts, said, self._tree.objects)
+        draft = self._draft(above)
+        draft.drop(node)
+        draft.leave(node.goal)
+        draft.move(facts, list(facts.state.difference(above.state)))
         return draft.done()
 
     def changed(
@@ -91,9 +136,10 @@ class Succession:
         draft = self._draft(situation)
         if situation.finish is not None:
             draft.require(situation.finish, self._tree.finish_needs(situation.finish))
-        state = situation.state.changed(added, deleted)
-        draft.move(state, (*added, *deleted), forget=True)
-        return draft.done()
+        base = situation.facts.base.changed(added, deleted)
+        base = self._inference.rooted(base, self._tree.objects)
+        self._move(draft, situation, base, (*added, *deleted), forget=True)
+        return self._chained(draft.done())
 
     def change(
         self,

@@ -98,7 +98,7 @@ class Tail:
 
     @cached_property
     def _ready(self) -> list[Node]:
-        free = [n for n in self._situation.free.values() if n is not self.finish]
+        free = [n for n in self._situation.free.values() if n.is_applicable()]
         return sorted(filter(self.is_live, free), key=lambda node: -node.number)
 
     def consumers(self, goal: Literal) -> tuple[Node, ...]:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from immutables import Map
-
 from rogue.prodigy._domain import Operator
 from rogue.prodigy._events import NodeKind
 from rogue.prodigy._grounding import World
+from rogue.prodigy._inference import Inference
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import DONE, all_instances, finish_operator
 from rogue.prodigy._nodes import Node
-from rogue.prodigy._problem import Problem
+from rogue.prodigy._problem import Problem, conjunction
 from rogue.prodigy._situation import Situation
 from rogue.prodigy._state import State
 from rogue.prodigy._succession import Succession
@@ -33,6 +32,7 @@ class Tree:
         barrier: The newest node that cannot be undone: a root or an executed node.
         extra: Goals that came after the start.
         removed: Goals that were dropped.
+        inference: The inference rules of the domain.
         next_situation: What is so after each kind of node.
     """
 
@@ -44,6 +44,8 @@ class Tree:
         self.open: dict[int, Node] = {}
         self.extra: list[Literal] = []
         self.removed: set[Literal] = set()
+        self.inference = Inference(problem.domain, [problem.goal])
+        self._goal = problem.goal
         self.next_situation = Succession(self)
         self._finish = finish_operator(problem.variables, problem.goal)
         self.barrier: Node
@@ -52,7 +54,8 @@ class Tree:
 
     def plant(self, state: State) -> Node:
         """Make a root with its goal (done) and operator *finish*; return the root."""
-        root = self._make(NodeKind.APPLIED, None, 0, Situation.at(state))
+        facts = self.inference.start(state, self.objects)
+        root = self._make(NodeKind.APPLIED, None, 0, Situation.at(facts))
         goal = self._make(NodeKind.GOAL, root, 0, root.situation, goal=DONE)
         goal.operators = []
         root.visited = goal.visited = True
@@ -223,13 +226,15 @@ class Tree:
             if number not in kept:
                 del self.nodes[number]
         if len(situation.past) > most:
-            past = Map({situation.state: None})
+            past = Situation.at(situation.facts).past
             self.barrier.situation = replace(situation, past=past)
 
     def change_goals(self, goals: tuple[Literal, ...], dropped: tuple[Literal, ...]) -> None:
         """Add and drop goals of the problem; what is so follows with the next change."""
         self.extra = [g for g in self.extra if g not in (*goals, *dropped)]
         self.extra.extend(goals)
+        if any(not goal.positive for goal in goals) and not self.inference.is_idle:
+            self.inference = Inference(self.domain, [self._goal, conjunction(self.extra)])
         finish = self.at.situation.finish
         known = finish.instance.preconditions if finish and finish.instance else dropped
         self.removed.update(goal for goal in dropped if goal in known)

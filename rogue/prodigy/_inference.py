@@ -1,0 +1,172 @@
+"""What follows from the facts by inference rules.
+
+Static rules fire at the root until nothing new follows; what they say stays. Eager rules fire
+after every change once: they see what others inferred before, not what they infer at the same
+time. Lazy rules are chosen like operators; what they said stays while it follows. Whatever no
+longer follows from what is left, in any way, is retracted.
+
+A lazy rule's conclusion is false until the rule is chosen, so nothing may depend on its being
+false: predicates that occur in a negation, a quantifier, or the condition of an effect are
+worked out in full instead. All of this is a function of the facts that operators made and of what
+was inferred before, so backtracking and corrections by executed outcomes need no bookkeeping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from rogue.prodigy._domain import Domain, InferenceMode, InferenceRule
+from rogue.prodigy._expressions import Expression, required
+from rogue.prodigy._grounding import World
+from rogue.prodigy._state import State
+from rogue.prodigy._strata import consulted, in_strata, mentioned
+from rogue.prodigy._terms import Literal
+from rogue.prodigy._types import Objects
+
+Literals = frozenset[Literal]
+_NONE: Literals = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Inferred:
+    """A state with what was inferred in it.
+
+    Attributes:
+        base: The facts that operators and static rules made.
+        state: All that is true.
+        eager: What eager rules inferred.
+        lazy: What lazy rules that were chosen inferred, as far as it still follows.
+    """
+
+    base: State
+    state: State
+    eager: Literals = _NONE
+    lazy: Literals = _NONE
+
+
+class Inference:
+    """The inference rules of a domain at work.
+
+    Args:
+        domain: Its rules are used.
+        goals: Goals of the problem, of which negations count as in the domain.
+
+    Raises:
+        InferenceError: If what a rule infers hangs on its not being inferred.
+    """
+
+    def __init__(self, domain: Domain, goals: Iterable[Expression] = ()) -> None:
+        rules = domain.inference_rules
+        self._domain = domain
+        self._static = in_strata([r for r in rules if r.mode is InferenceMode.STATIC])
+        eager = [r for r in rules if r.mode is InferenceMode.EAGER]
+        lazy = [r for r in rules if r.mode is InferenceMode.LAZY]
+        self._eager, self._lazy = in_strata(eager), in_strata(lazy)
+        heads = {e.atom.predicate for rule in eager for e in rule.effects}
+        self._is_chained = any(heads & mentioned(rule) for rule in eager)
+        full = _needed_in_full(lazy, consulted(domain, goals))
+        self._full = in_strata([r for r in lazy if r in full])
+        self.lazy_rules = tuple(r for r in lazy if r not in full)
+        self.is_idle = not rules
+
+    def rooted(self, state: State, objects: Objects) -> State:
+        """Return ``state`` with what static rules say."""
+        return self._closed(state, self._static, objects)[0] if self._static else state
+
+    def start(self, state: State, objects: Objects) -> Inferred:
+        """Return what is so at a root."""
+        return self.after(Inferred(state, state), self.rooted(state, objects), objects)
+
+    def after(self, before: Inferred, base: State, objects: Objects) -> Inferred:
+        """Return what is so once operators or the world have made ``base`` of what was so."""
+        if self.is_idle:
+            return Inferred(base, base)
+        state, eager = base, _NONE
+        if self._eager:
+            eager = self._eager_round(before.eager, base, objects)
+            state = _with(base, eager)
+        return self._lazily(base, state, eager, before.lazy, objects)
+
+    def fired(self, before: Inferred, said: Literals, objects: Objects) -> Inferred:
+        """Return what is so once a lazy rule was fired that says ``said``."""
+        state = _with(before.base, before.eager)
+        lazy = before.lazy | said
+        return self._lazily(before.base, state, before.eager, lazy, objects)
+
+    def axioms(self, before: Inferred, base: State, objects: Objects) -> Inferred:
+        """Return what is so if all lazy rules were chosen wherever they can fire."""
+        if self.is_idle:
+            return Inferred(base, base)
+        eager = self._eager_round(before.eager, base, objects)
+        state, lazy = self._closed(_with(base, eager), self._lazy, objects)
+        return Inferred(base, state, eager, lazy)
+
+    def _lazily(
+        self, base: State, state: State, eager: Literals, lazy: Literals, objects: Objects
+    ) -> Inferred:
+        if self._full:
+            state, _ = self._closed(state, self._full, objects)
+        if lazy:
+            state, lazy = self._closed(state, self._lazy, objects, only=lazy)
+        return Inferred(base, state, eager, lazy)
+
+    def _eager_round(self, before: Literals, base: State, objects: Objects) -> Literals:
+        kept, state = _NONE, base
+        if before and self._is_chained:
+            state, kept = self._closed(base, self._eager, objects, only=before)
+        world = World(self._domain, objects, state)
+        said = {one for stratum in self._eager for rule in stratum for one in _says(rule, world)}
+        return kept | said
+
+    def _closed(
+        self,
+        state: State,
+        strata: Sequence[Sequence[InferenceRule]],
+        objects: Objects,
+        *,
+        only: Literals | None = None,
+    ) -> tuple[State, Literals]:
+        """Return ``state`` with all that follows, of ``only`` if given, and what that is."""
+        base, found = state, set[Literal]()
+        for stratum in strata:
+            while True:
+                world = World(self._domain, objects, state)
+                said = {one for rule in stratum for one in _says(rule, world)}
+                new = (said if only is None else said & only) - found
+                if not new:
+                    break
+                found |= new
+                state = _with(base, found)
+        return state, frozenset(found)
+
+
+def _says(rule: InferenceRule, world: World) -> Iterator[Literal]:
+    """Yield what a rule says in a state, each where its condition holds."""
+    condition = rule.precondition
+    for bindings in world.combinations(rule.variables, {}, required(condition)):
+        if not world.holds(condition, bindings):
+            continue
+        for effect in rule.effects:
+            for case in world.combinations(effect.variables, bindings):
+                if world.holds(effect.condition, case):
+                    yield effect.atom.ground(case, positive=effect.adds)
+
+
+def _with(base: State, said: Iterable[Literal]) -> State:
+    said = tuple(said)
+    if not said:
+        return base
+    added = [one for one in said if one.positive]
+    return base.changed(added, [one.negated() for one in said if not one.positive])
+
+
+def _needed_in_full(rules: list[InferenceRule], names: set[str]) -> set[InferenceRule]:
+    """Return the rules that infer a predicate of ``names``, and those on which they rest."""
+    full: set[InferenceRule] = set()
+    while True:
+        more = {r for r in rules if r not in full and {e.atom.predicate for e in r.effects} & names}
+        if not more:
+            return full
+        full |= more
+        names = names | {name for rule in more for name in mentioned(rule)}
