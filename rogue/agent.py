@@ -17,6 +17,7 @@ from rogue.conversation import Conversation
 from rogue.deadlines import show_time
 from rogue.distances import Distances
 from rogue.episode import Episode, Locations
+from rogue.errands import Agenda, Metric, RankSum, Travel
 from rogue.execution import (
     BusRobot,
     Endurance,
@@ -47,6 +48,10 @@ CLOCK_WAIT = 60.0
 """Wall seconds until the time of the world must be known."""
 
 
+PLACES = 6
+"""Items for which the tray has room."""
+
+
 @dataclass(frozen=True)
 class AgentOptions:
     """How the agent works.
@@ -61,6 +66,8 @@ class AgentOptions:
     rules: Rules = Rules.WORKING
     directory: Path | None = None
     finger: FingerServer | None = None
+    metric: Metric = field(default_factory=RankSum)
+    places: int | None = PLACES
     patience: Patience = field(default_factory=Patience)
     endurance: Endurance = field(default_factory=Endurance)
     arrival: Verification = field(default_factory=layered)
@@ -91,6 +98,11 @@ class Agent:
             server=options.finger,
         )
         self._distances = Distances(module)
+        self._agenda = Agenda(
+            travel=Travel(distance=self._distances, capacity=options.places),
+            metric=options.metric,
+            now=module.clock.now,
+        )
         self._locations: Locations = {}
         self._episode: Episode | None = None
         self._planning = False
@@ -125,6 +137,7 @@ class Agent:
             locations=self._locations,
             directory=self._directory,
             distances=self._distances,
+            agenda=self._agenda,
             store=self._store,
             book=self._book,
             executor=executor,

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from rogue import trace
 from rogue.conversation import Conversation
 from rogue.distances import Distances
+from rogue.errands import Agenda
 from rogue.execution import Executor
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, PlanView, RequestState
@@ -17,6 +18,7 @@ from rogue.planning import (
     NODES_OF_A_SEARCH,
     Rules,
     admit,
+    claim,
     new_search,
     report,
     switches,
@@ -53,6 +55,7 @@ class Episode:
         locations: Locations,
         directory: Directory,
         distances: Distances,
+        agenda: Agenda,
         store: Store,
         book: RequestBook,
         executor: Executor,
@@ -68,6 +71,8 @@ class Episode:
         self._executor = executor
         self._conversation = conversation
         self._told = told
+        self._agenda = agenda
+        self._switches = switches(rules, agenda)
         self._admitted: dict[str, DeliveryRequest] = {}
         self._seen: list[str] = []
         self._unranked: list[DeliveryRequest] = []
@@ -88,7 +93,7 @@ class Episode:
             await self._store.facts(),
             directory=self._directory,
             rooms=self._locations,
-            switches=switches(self._rules, self._distances, self._find_rooms),
+            switches=self._switches,
         )
         result = await self._drive(search)
         await self._conclude(result)
@@ -130,7 +135,7 @@ class Episode:
         for request in self._admissible():
             others = list(self._admitted.values())
             await self._take_in(request)
-            admit(search, request, others)
+            admit(search, request, others, self._switches)
         if self._unranked:
             await self._conversation.tell_all(trace.priority_lines(self._unranked))
             self._unranked.clear()
@@ -151,13 +156,14 @@ class Episode:
                 continue
             said = f"Request {ended.id} is {ended.state.value}: {ended.reason}"
             await self._conversation.tell_all([trace.remark(said), ""])
-            withdraw(search, request, self._admitted.values())
+            withdraw(search, request, self._admitted.values(), self._switches)
 
     async def _take_in(self, request: DeliveryRequest) -> None:
         rooms = {request.pickup, request.deliver}
         rooms |= {room for r in self._admitted.values() for room in (r.pickup, r.deliver)}
         await self._distances.learn(rooms, self._locations)
         self._admitted[request.id] = request
+        self._agenda.put(claim(request, self._directory))
         self._seen.append(request.id)
         self._unranked.append(request)
         if request.id not in self._told and request.state is RequestState.QUEUED:
@@ -178,12 +184,6 @@ class Episode:
         if self._rules.one_errand_a_person:
             return (request.user,)
         return (request.user, request.item)
-
-    def _find_rooms(self, user: str, item: str) -> tuple[str, str] | None:
-        for request in self._admitted.values():
-            if (request.user, request.item) == (user, item):
-                return request.pickup, request.deliver
-        return None
 
     async def _conclude(self, result: SearchResult) -> None:
         """Say how it ended; what the planner could not do has failed."""

@@ -6,25 +6,25 @@ Source: Haigh & Veloso (1996), Figure 7.
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
 
-from rogue.distances import Distances
 from rogue.errands import (
+    Agenda,
+    Claim,
     Errand,
     Switches,
     example1998,
     figure6,
     figure9,
-    load_office_domain,
     working,
 )
 from rogue.memory import Facts
 from rogue.messages import DeliveryRequest
 from rogue.outcomes import StepOutcome
 from rogue.prodigy import Literal as Fact
-from rogue.prodigy import Problem, Search
+from rogue.prodigy import Search
 from rogue.requests import Directory
 
 NODES_OF_A_SEARCH = 1000
@@ -32,8 +32,6 @@ NODES_OF_A_SEARCH = 1000
 
 NODES_OF_A_REQUEST = 200
 """Nodes that each request may cost before the planner gives up: ten times what it should."""
-
-FindRooms = Callable[[str, str], tuple[str, str] | None]
 
 
 class Rules(enum.StrEnum):
@@ -46,7 +44,7 @@ class Rules(enum.StrEnum):
     Y1998 = "1998"
     """Operators by their consumer, requests enter before the next decision."""
     WORKING = "working"
-    """Four rules that keep the search linear in the number of errands."""
+    """The domain and the rules with which the agent works."""
 
     @property
     def one_errand_a_person(self) -> bool:
@@ -61,22 +59,36 @@ RuleName = Literal["none", "1996", "1998", "working"]
 """A rule set as it is named on the command line."""
 
 
-def switches(rules: Rules, distances: Distances, find_rooms: FindRooms) -> Switches:
-    """Options and control rules of a rule set."""
+def switches(rules: Rules, agenda: Agenda) -> Switches:
+    """Domain, options and control rules of a rule set, for one search."""
     match rules:
         case Rules.NONE:
             return figure6()
         case Rules.Y1996:
-            return figure9(distances)
+            return figure9(agenda.travel.distance)
         case Rules.Y1998:
-            return example1998(distances)
+            return example1998(agenda.travel.distance)
         case Rules.WORKING:
-            return working(distances, errands=find_rooms)
+            return working(agenda)
 
 
 def errand(request: DeliveryRequest) -> Errand:
-    """A request as the planner knows it."""
-    return Errand(request.user, request.item, request.pickup, request.deliver)
+    """A request as the planner knows it: the item may have to go back where it came from."""
+    back = request.then == "back"
+    return Errand(request.user, request.item, request.pickup, request.destination, back=back)
+
+
+def claim(request: DeliveryRequest, directory: Directory) -> Claim:
+    """A request as the metric of priorities is told of it."""
+    person, item = directory.people.get(request.user), directory.items.get(request.item)
+    return Claim(
+        user=request.user,
+        item=request.item,
+        person_rank=person.rank if person else 0,
+        task_rank=item.rank if item else 0,
+        posted=request.posted,
+        deadline=request.deadline,
+    )
 
 
 def in_room(room: str) -> Fact:
@@ -93,21 +105,13 @@ def new_search(
     switches: Switches,
 ) -> Search:
     """A search for the requests from what is known of the world."""
-    errands = [errand(request) for request in requests]
-    state = [fact for one in errands for fact in one.facts()]
-    state += [Fact("robot-has-item", pair) for pair in sorted(facts.tray)]
-    if facts.room is not None:
-        state.append(in_room(facts.room))
-    problem = Problem.build(
-        load_office_domain(),
-        objects={
-            "room": sorted(rooms),
-            "person": sorted({*directory.people, *(one.user for one in errands)}),
-            "item": sorted({*directory.items, *(one.item for one in errands)}),
-        },
-        facts=state,
-        goals=[one.goal() for one in errands],
-        name="office",
+    problem = switches.problem(
+        [errand(request) for request in requests],
+        rooms=rooms,
+        people={*directory.people, *(request.user for request in requests)},
+        items={*directory.items, *(request.item for request in requests)},
+        at=facts.room,
+        carried=facts.tray,
     )
     most = 10 * NODES_OF_A_SEARCH + NODES_OF_A_REQUEST * len(requests)
     options = replace(switches.options, max_nodes=most)
@@ -126,7 +130,12 @@ def report(search: Search, operator: str, outcome: StepOutcome) -> None:
         search.executed(added=(), deleted=())
 
 
-def admit(search: Search, request: DeliveryRequest, others: Iterable[DeliveryRequest]) -> None:
+def admit(
+    search: Search,
+    request: DeliveryRequest,
+    others: Iterable[DeliveryRequest],
+    switches: Switches,
+) -> None:
     """Add a request to a running search.
 
     An errand that was done in this search before is to be done once more, so its goal must not
@@ -136,15 +145,22 @@ def admit(search: Search, request: DeliveryRequest, others: Iterable[DeliveryReq
     for name, kind in ((own.user, "person"), (own.item, "item")):
         if name not in search.objects:
             search.add_object(name, kind)
-    if own.goal() in search.goals:
-        withdraw(search, request, others)
-    if search.state.holds(own.goal()):
-        search.retract_facts(own.goal())
-    search.add_goal(own.facts(), own.goal())
+    goal = switches.goal(own)
+    if goal in search.goals:
+        withdraw(search, request, others, switches)
+    if search.state.holds(goal):
+        search.retract_facts(goal)
+    search.add_goal(switches.facts(own), goal)
 
 
-def withdraw(search: Search, request: DeliveryRequest, others: Iterable[DeliveryRequest]) -> None:
+def withdraw(
+    search: Search,
+    request: DeliveryRequest,
+    others: Iterable[DeliveryRequest],
+    switches: Switches,
+) -> None:
     """Drop a request from the search, but not facts that other requests share with it."""
     own = errand(request)
-    shared = {fact for other in others for fact in errand(other).facts()}
-    search.remove_goal(own.goal(), [fact for fact in own.facts() if fact not in shared])
+    shared = {fact for other in others for fact in switches.facts(errand(other))}
+    gone = [fact for fact in switches.facts(own) if fact not in shared]
+    search.remove_goal(switches.goal(own), gone)

@@ -8,6 +8,7 @@ and the errand that was seen to last, what is left costs a certain least. With k
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy.typing as npt
 
 from rogue.errands._tour import Setting
 
-EXACT_UP_TO = 7
+EXACT_UP_TO = 8
 """Errands over which the best tour is found exactly."""
 
 Ints = npt.NDArray[np.intp]
@@ -33,6 +34,8 @@ class Stage:
         stop: Where the errand is seen to next.
         is_open: Whether there is something left to do for it.
         places: Where the robot stands if it was seen to last.
+        legs: For each errand seen to next, the ways there by state and errand seen to last, as
+            indices into the flat array of seconds.
     """
 
     states: Ints
@@ -40,6 +43,7 @@ class Stage:
     stop: Ints
     is_open: Bools
     places: Ints
+    legs: tuple[Ints, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +67,10 @@ def lattice(count: int) -> Lattice:
         is_open = here < 2
         after = np.where(is_open, states[:, None] + 3**errands, states[:, None])
         stop = errands + count * (here == 1)
-        stages.append(Stage(states, after, stop, is_open, errands + count * (here == 2)))
+        places = errands + count * (here == 2)
+        rows = places * (2 * count + 1)
+        legs = tuple(rows + stop[:, errand, None] for errand in range(count))
+        stages.append(Stage(states, after, stop, is_open, places, legs))
     return Lattice(digits, tuple(stages))
 
 
@@ -110,9 +117,16 @@ class Board:
         stops = errands + self.count * (digits[errands] == 1)
         return after, errands, self.setting.seconds[-1, stops]
 
-    def legs(self, stage: Stage) -> Floats:
-        """Seconds by state, errand seen to last, and errand seen to next."""
-        return self.setting.seconds[stage.places[:, :, None], stage.stop[:, None, :]]
+    def legs(self, stage: Stage) -> Iterator[Floats]:
+        """For each errand seen to next: seconds by state and errand seen to last."""
+        seconds = self.setting.seconds.ravel()
+        for index in stage.legs:
+            yield seconds.take(index)
+
+    def beyond(self, stage: Stage) -> Bools:
+        """What cannot be done next, by state and errand."""
+        possible: Bools = stage.is_open & self.allowed[stage.after]
+        return ~possible
 
     def table(self, value: float) -> Floats:
         """One figure for each state and errand seen to last."""
@@ -124,9 +138,12 @@ def cost_to_go(board: Board) -> Floats:
     rest = board.table(0.0)
     for stage in reversed(board.stages[:-1]):
         behind = rest[stage.after, np.arange(board.count)]
-        behind = np.where(stage.is_open & board.allowed[stage.after], behind, np.inf)
-        ways = board.legs(stage) * board.rate[stage.states, None, None] + behind[:, None, :]
-        rest[stage.states] = ways.min(axis=2)
+        behind[board.beyond(stage)] = np.inf
+        rate = board.rate[stage.states, None]
+        ways = (
+            legs * rate + behind[:, errand, None] for errand, legs in enumerate(board.legs(stage))
+        )
+        rest[stage.states] = functools.reduce(np.minimum, ways)
     return rest
 
 
@@ -152,8 +169,9 @@ def latest_times(board: Board, deadlines: Floats) -> Floats:
     for stage in reversed(board.stages[:-1]):
         due = np.where(stage.stop >= board.count, deadlines, np.inf)
         due = np.minimum(due, latest[stage.after, np.arange(board.count)])
-        due[~(stage.is_open & board.allowed[stage.after])] = -np.inf
-        latest[stage.states] = (due[:, None, :] - board.legs(stage)).max(axis=2)
+        due[board.beyond(stage)] = -np.inf
+        ways = (due[:, errand, None] - legs for errand, legs in enumerate(board.legs(stage)))
+        latest[stage.states] = functools.reduce(np.maximum, ways)
     return latest
 
 
@@ -165,7 +183,8 @@ def earliest_times(board: Board, deadlines: Floats) -> Floats:
     late = (digits[after, errands] == 2) & (now + legs > deadlines[errands])
     earliest[after, errands] = np.where(late, np.inf, now + legs)
     for stage in board.stages[:-1]:
-        found = (earliest[stage.states][:, :, None] + board.legs(stage)).min(axis=1)
+        here = earliest[stage.states]
+        found = np.stack([(here + legs).min(axis=1) for legs in board.legs(stage)], axis=1)
         late = (stage.stop >= board.count) & (found > deadlines)
         found = np.where(late | ~board.allowed[stage.after], np.inf, found)
         row, errand = np.nonzero(stage.is_open)

@@ -25,6 +25,7 @@ GOTO_PICKUP = "goto-pickup-loc"
 GOTO_DELIVER = "goto-deliver-loc"
 ACQUIRE = "acquire-item"
 DELIVER = "deliver-item"
+RETURN = "return-item"
 
 MOST_WRONG_ARRIVALS = 3
 """Drives for one request that may end in another room before it is given up."""
@@ -145,7 +146,7 @@ class Executor:
         found = (self._book.find(request_id) for request_id in step.requests)
         served = [request for request in found if request is not None]
         if outcome.kind == "done":
-            if step.operator != DELIVER:
+            if step.operator not in {DELIVER, RETURN}:
                 return []
             return [self._book.as_ended(r, RequestState.COMPLETED, None, facts) for r in served]
         if outcome.kind == "elsewhere":
@@ -172,7 +173,7 @@ def _served(
             room = arguments[1]
             return [r for r in requests if r.pickup == room and (r.user, r.item) not in facts.tray]
         case "goto-deliver-loc":
-            bound = [r for r in requests if r.deliver == arguments[1]]
+            bound = [r for r in requests if r.destination == arguments[1]]
             return [r for r in bound if (r.user, r.item) in facts.tray] or bound
         case _:
             _, user, item = arguments

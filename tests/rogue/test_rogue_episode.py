@@ -15,6 +15,7 @@ from rogue import trace
 from rogue.conversation import Conversation
 from rogue.distances import Distances
 from rogue.episode import Episode
+from rogue.errands import Agenda
 from rogue.execution import Executor, Patience, StepRunner, TaskOfRobot, as_published
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
@@ -79,13 +80,15 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
         book.on_change = executor.requests_changed
 
         told: set[str] = set()
+        distances = Distances(module)
 
         def episode(rules: Rules) -> Episode:
             return Episode(
                 rules=rules,
                 locations={room: (x / 100, y / 100) for room, (x, y) in PLACES.items()},
                 directory=directory,
-                distances=Distances(module),
+                distances=distances,
+                agenda=Agenda.plain(distances),
                 store=store,
                 book=book,
                 executor=executor,

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from rogue.errands import Errand, Switches, load_office_domain, load_office_problem
-from rogue.prodigy import Execute, Literal, Problem, Search, StepView
+from rogue.errands import (
+    Agenda,
+    Errand,
+    Switches,
+    figure6,
+    load_office_domain,
+    load_office_problem,
+    working,
+)
+from rogue.prodigy import Execute, Literal, RuleSet, Search, StepView
 
 DOMAIN = load_office_domain()
 FIGURE6 = load_office_problem("figure6", DOMAIN)
+PUBLISHED = figure6()
 JHM = Errand("jhm", "deliverfax", "r-5311", "r-5313")
 MITCHELL = Errand("mitchell", "delivermail", "r-5303", "r-5313")
+ROOMS = FIGURE6.objects.names()
+PEOPLE, ITEMS = ["mitchell", "jhm"], ["delivermail", "deliverfax"]
 
 Outcome = Callable[[Search, StepView], tuple[list[Literal], list[Literal]] | None]
 
@@ -42,7 +54,10 @@ def run(search: Search, *, outcome: Outcome | None = None) -> Search:
 
 
 def figure6_search(switches: Switches) -> Search:
-    return Search(FIGURE6, switches.options, switches.rules)
+    problem = FIGURE6
+    if not switches.is_published:
+        problem = switches.problem([MITCHELL], rooms=ROOMS, people=PEOPLE, items=ITEMS, at="r-5301")
+    return Search(problem, switches.options, switches.rules)
 
 
 def arrives_during_first_step(errand: Errand) -> Outcome:
@@ -51,7 +66,7 @@ def arrives_during_first_step(errand: Errand) -> Outcome:
     def outcome(search: Search, _step: StepView) -> None:
         if pending:
             one = pending.pop()
-            search.add_goal(one.facts(), one.goal())
+            search.add_goal(PUBLISHED.facts(one), PUBLISHED.goal(one))
 
     return outcome
 
@@ -65,27 +80,36 @@ def wrong_room_first(room: str) -> Outcome:
     return outcome
 
 
-def random_batch(count: int, rooms: int, seed: int) -> tuple[Problem, Callable[[str, str], float]]:
+@dataclass(frozen=True)
+class Batch:
     """Deliveries between distinct random rooms on a ring, 3 m apart."""
+
+    errands: list[Errand]
+    rooms: list[str]
+    start: str
+
+    def metres(self, one: str, other: str) -> float:
+        apart = (int(one[2:]) - int(other[2:])) % len(self.rooms)
+        return 3.0 * min(apart, len(self.rooms) - apart)
+
+    def search(self, switches: Switches, rules: RuleSet | None = None) -> Search:
+        problem = switches.problem(
+            self.errands,
+            rooms=self.rooms,
+            people=[e.user for e in self.errands],
+            items=[e.item for e in self.errands],
+            at=self.start,
+        )
+        return Search(problem, switches.options, switches.rules + (rules or RuleSet()))
+
+
+def random_batch(count: int, rooms: int, seed: int) -> Batch:
     chance = random.Random(seed)
     names = [f"r-{i}" for i in range(rooms)]
-    errands = []
-    for i in range(count):
-        pickup, deliver = chance.sample(names, 2)
-        errands.append(Errand(f"user{i}", f"item{i}", pickup, deliver))
-    problem = Problem.build(
-        DOMAIN,
-        objects={
-            "room": names,
-            "person": [e.user for e in errands],
-            "item": [e.item for e in errands],
-        },
-        facts=[at(chance.choice(names)), *(f for e in errands for f in e.facts())],
-        goals=[e.goal() for e in errands],
-    )
+    errands = [Errand(f"user{i}", f"item{i}", *chance.sample(names, 2)) for i in range(count)]
+    return Batch(errands, names, chance.choice(names))
 
-    def ring(one: str, other: str) -> float:
-        apart = (int(one[2:]) - int(other[2:])) % rooms
-        return 3.0 * min(apart, rooms - apart)
 
-    return problem, ring
+def plain(distance: Callable[[str, str], float]) -> Switches:
+    """How the agent works, all errands being alike."""
+    return working(Agenda.plain(distance))

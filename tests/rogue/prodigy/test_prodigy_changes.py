@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import pytest
 from prodigy_office_runs import (
-    DOMAIN,
     FIGURE6,
     JHM,
     MITCHELL,
+    PUBLISHED,
     at,
     figure6_search,
     metres,
+    plain,
     run,
     shown,
 )
 
-from rogue.errands import Errand, Switches, example1998, figure6, figure9, working
+from rogue.errands import Errand, Switches, example1998, figure6, figure9
 from rogue.prodigy import (
     Execute,
     Finished,
@@ -23,7 +24,6 @@ from rogue.prodigy import (
     LiteralError,
     Poll,
     PollPoint,
-    Problem,
     Rerooted,
     Search,
     SequenceError,
@@ -32,7 +32,8 @@ from rogue.prodigy import (
     UnknownNameError,
 )
 
-ALL = [figure6(), figure9(metres), example1998(metres), working(metres)]
+PLAIN = plain(metres)
+ALL = [PUBLISHED, figure9(metres), example1998(metres), PLAIN]
 Changed = tuple[list[Literal], list[Literal]] | None
 
 
@@ -44,14 +45,14 @@ def test_a_request_is_done_whenever_it_arrives(switches: Switches, when: int) ->
     def outcome(search: Search, step: StepView) -> Changed:
         steps.append(step)
         if len(steps) == when:
-            search.add_goal(JHM.facts(), JHM.goal())
+            search.add_goal(switches.facts(JHM), switches.goal(JHM))
         return None
 
     search = run(figure6_search(switches), outcome=outcome)
     done = shown(search.executed_operators())
     assert "deliver-item r-5313 jhm deliverfax" in done
     assert "deliver-item r-5313 mitchell delivermail" in done
-    assert search.goals == (MITCHELL.goal(), JHM.goal())
+    assert search.goals == (switches.goal(MITCHELL), switches.goal(JHM))
 
 
 @pytest.mark.parametrize("switches", ALL)
@@ -61,8 +62,8 @@ def test_a_request_can_be_dropped_before_its_item_is_taken(switches: Switches) -
     def outcome(search: Search, step: StepView) -> Changed:
         steps.append(step)
         if len(steps) == 1:
-            search.add_goal(JHM.facts(), JHM.goal())
-            search.remove_goal(MITCHELL.goal(), MITCHELL.facts())
+            search.add_goal(switches.facts(JHM), switches.goal(JHM))
+            search.remove_goal(switches.goal(MITCHELL), switches.facts(MITCHELL))
         return None
 
     search = run(figure6_search(switches), outcome=outcome)
@@ -76,9 +77,9 @@ def test_a_request_can_be_dropped_before_its_item_is_taken(switches: Switches) -
 def test_a_dropped_errand_does_not_take_the_goto_of_another_with_it() -> None:
     def outcome(search: Search, step: StepView) -> Changed:
         if step.operator == "acquire-item" and "jhm" in step.args:
-            search.remove_goal(MITCHELL.goal(), MITCHELL.facts())
+            search.remove_goal(PUBLISHED.goal(MITCHELL), PUBLISHED.facts(MITCHELL))
         elif len(search.executed_operators()) == 0:
-            search.add_goal(JHM.facts(), JHM.goal())
+            search.add_goal(PUBLISHED.facts(JHM), PUBLISHED.goal(JHM))
         return None
 
     search = run(figure6_search(example1998(metres)), outcome=outcome)
@@ -90,10 +91,10 @@ def test_a_dropped_errand_does_not_take_the_goto_of_another_with_it() -> None:
 
 def test_dropping_the_only_goal_ends_the_search_without_another_step() -> None:
     def outcome(search: Search, _step: StepView) -> Changed:
-        search.remove_goal(MITCHELL.goal(), MITCHELL.facts())
+        search.remove_goal(PLAIN.goal(MITCHELL), PLAIN.facts(MITCHELL))
         return None
 
-    search = run(figure6_search(working(metres)), outcome=outcome)
+    search = run(figure6_search(PLAIN), outcome=outcome)
     assert len(search.executed_operators()) == 1
     assert search.result is not None
     assert search.result.status is Status.SOLVED
@@ -107,7 +108,7 @@ def test_an_item_that_somebody_takes_from_the_tray_is_fetched_again() -> None:
             search.retract_facts(held)
         return None
 
-    search = run(figure6_search(working(metres)), outcome=outcome)
+    search = run(figure6_search(PLAIN), outcome=outcome)
     done = shown(search.executed_operators())
     assert done.count("acquire-item r-5303 mitchell delivermail") == 2
     assert done[-1] == "deliver-item r-5313 mitchell delivermail"
@@ -115,10 +116,10 @@ def test_an_item_that_somebody_takes_from_the_tray_is_fetched_again() -> None:
 
 def test_what_another_brought_is_not_brought_again() -> None:
     def outcome(search: Search, _step: StepView) -> Changed:
-        search.assert_facts(MITCHELL.goal())
+        search.assert_facts(PLAIN.goal(MITCHELL))
         return None
 
-    search = run(figure6_search(working(metres)), outcome=outcome)
+    search = run(figure6_search(PLAIN), outcome=outcome)
     assert len(search.executed_operators()) == 1
 
 
@@ -128,29 +129,26 @@ def test_objects_can_come_with_a_request() -> None:
     def outcome(search: Search, _step: StepView) -> Changed:
         if "newell" not in search.objects:
             with pytest.raises(UnknownNameError):
-                search.add_goal(newcomer.facts(), newcomer.goal())
+                search.add_goal(PLAIN.facts(newcomer), PLAIN.goal(newcomer))
             for name, kind in (("newell", "person"), ("pickupcoffee", "item"), ("r-5399", "room")):
                 search.add_object(name, kind)
-            search.add_goal(newcomer.facts(), newcomer.goal())
+            search.add_goal(PLAIN.facts(newcomer), PLAIN.goal(newcomer))
         return None
 
-    search = run(figure6_search(working(metres)), outcome=outcome)
+    search = run(figure6_search(PLAIN), outcome=outcome)
     assert "deliver-item r-5305 newell pickupcoffee" in shown(search.executed_operators())
 
 
 def test_goals_can_all_come_at_the_first_poll() -> None:
-    problem = Problem.build(
-        DOMAIN,
-        objects={"room": ["r-1", "r-2", "r-3"], "person": ["ann"], "item": ["book"]},
-        facts=[at("r-1")],
-    )
-    switches = working(lambda _a, _b: 1.0)
+    switches = plain(lambda _a, _b: 1.0)
+    rooms = ["r-1", "r-2", "r-3"]
+    problem = switches.problem([], rooms=rooms, people=["ann"], items=["book"], at="r-1")
     search = Search(problem, switches.options, switches.rules)
     errand = Errand("ann", "book", "r-2", "r-3")
     added = False
     for event in search.events():
         if isinstance(event, Poll) and not added:
-            search.add_goal(errand.facts(), errand.goal())
+            search.add_goal(switches.facts(errand), switches.goal(errand))
             added = True
         elif isinstance(event, Execute):
             search.executed()
@@ -159,9 +157,8 @@ def test_goals_can_all_come_at_the_first_poll() -> None:
 
 
 def test_without_goals_there_is_nothing_to_do() -> None:
-    problem = Problem.build(DOMAIN, objects={})
-    switches = working(metres)
-    search = run(Search(problem, switches.options, switches.rules))
+    problem = PLAIN.problem([], rooms=[], people=[], items=[])
+    search = run(Search(problem, PLAIN.options))
     assert search.result is not None
     assert search.result.status is Status.SOLVED
     assert search.result.plan == ()
@@ -175,7 +172,7 @@ def test_a_hopeless_goal_is_named() -> None:
             search.add_goal((), nowhere)
         return None
 
-    search = run(figure6_search(working(metres)), outcome=outcome)
+    search = run(figure6_search(PLAIN), outcome=outcome)
     assert search.result is not None
     assert search.result.status is Status.UNSOLVABLE
     assert search.result.hopeless == (nowhere,)
@@ -204,13 +201,13 @@ def test_a_change_waits_for_the_poll_at_the_end_of_the_cycle() -> None:
     assert search.options.poll is PollPoint.END_OF_CYCLE
     for event in search.events():
         if isinstance(event, Execute):
-            search.add_goal(JHM.facts(), JHM.goal())
-            assert JHM.goal() not in search.goals
+            search.add_goal(PUBLISHED.facts(JHM), PUBLISHED.goal(JHM))
+            assert PUBLISHED.goal(JHM) not in search.goals
             search.executed()
-            assert JHM.goal() not in search.goals
+            assert PUBLISHED.goal(JHM) not in search.goals
             break
     assert isinstance(next(e for e in search.events() if isinstance(e, Poll)), Poll)
-    assert JHM.goal() in search.goals
+    assert PUBLISHED.goal(JHM) in search.goals
 
 
 def test_a_search_can_be_stopped_even_while_an_action_executes() -> None:
@@ -235,6 +232,6 @@ def test_literals_given_by_a_program_are_checked() -> None:
     with pytest.raises(LiteralError, match="1 arguments"):
         search.assert_facts(Literal("robot-in-room", ("r-5301", "r-5303")))
     with pytest.raises(UnknownNameError, match="no goal named"):
-        search.remove_goal(JHM.goal())
+        search.remove_goal(PUBLISHED.goal(JHM))
     with pytest.raises(SequenceError, match="no action is executing"):
         search.executed()

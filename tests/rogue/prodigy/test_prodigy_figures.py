@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from prodigy_office_runs import (
     JHM,
+    PUBLISHED,
     arrives_during_first_step,
     figure6_search,
     metres,
@@ -71,7 +72,7 @@ def test_the_1998_example_has_the_lists_of_the_paper_at_each_step() -> None:
             seen[name] = lists(search)
         if isinstance(event, Execute):
             if event.node.number == 17:
-                search.add_goal(JHM.facts(), JHM.goal())
+                search.add_goal(PUBLISHED.facts(JHM), PUBLISHED.goal(JHM))
                 seen["request"] = lists(search)
             search.executed()
     assert seen["announced 4"] == (["(has-item mitchell delivermail)"], [], [])

@@ -6,10 +6,10 @@ import random
 from dataclasses import dataclass, field
 
 import pytest
-from prodigy_office_runs import DOMAIN, at, metres
+from prodigy_office_runs import at, metres, plain
 
-from rogue.errands import Errand, example1998, figure9, working
-from rogue.prodigy import Execute, Literal, Poll, Problem, Search, Status, StepView
+from rogue.errands import Agenda, Errand, Switches, Travel, example1998, figure9, working
+from rogue.prodigy import Execute, Literal, Poll, Search, Status, StepView
 
 ROOMS = [f"r-{5300 + i}" for i in range(1, 30, 2)]
 PEOPLE = [f"user{i}" for i in range(4)]
@@ -21,13 +21,18 @@ class Office:
     """The truth about the world; steps fail by chance, requests come and go."""
 
     chance: random.Random
-    one_each: bool
+    switches: Switches
     room: str = ROOMS[0]
     tray: set[tuple[str, str]] = field(default_factory=set)
     open: dict[tuple[str, str], Errand] = field(default_factory=dict)
     delivered: set[tuple[str, str]] = field(default_factory=set)
     dropped: set[tuple[str, str]] = field(default_factory=set)
     posted: int = 0
+
+    @property
+    def places(self) -> int | None:
+        advice = self.switches.advice
+        return advice.agenda.travel.capacity if advice else None
 
     def perform(self, step: StepView) -> tuple[list[Literal], list[Literal]] | None:
         if step.operator.startswith("goto"):
@@ -41,6 +46,7 @@ class Office:
             assert room == errand.pickup
             assert (user, item) not in self.tray, "nothing is taken twice"
             self.tray.add((user, item))
+            assert self.places is None or len(self.tray) <= self.places
         else:
             assert room == errand.deliver
             self.tray.remove((user, item))
@@ -58,13 +64,13 @@ class Office:
         if self.posted >= 8 or self.chance.random() > 0.2:
             return
         user, item = self.chance.choice(PEOPLE), self.chance.choice(ITEMS)
-        known = {key[0] for key in self.open} if self.one_each else set()
+        known = {key[0] for key in self.open} if self.switches.is_published else set()
         if (user, item) in self.open or user in known:
             return
         errand = Errand(user, item, *self.chance.sample(ROOMS, 2))
         self.open[user, item] = errand
         self.posted += 1
-        search.add_goal(errand.facts(), errand.goal())
+        search.add_goal(self.switches.facts(errand), self.switches.goal(errand))
 
     def maybe_drop(self, search: Search) -> None:
         waiting = [k for k in self.open if k not in self.tray | self.delivered | self.dropped]
@@ -72,14 +78,11 @@ class Office:
             return
         key = self.chance.choice(waiting)
         others = [e for k, e in self.open.items() if k != key and k not in self.dropped]
-        shared = {fact for other in others for fact in other.facts()}
+        shared = {fact for other in others for fact in self.switches.facts(other)}
         errand = self.open[key]
         self.dropped.add(key)
-        search.remove_goal(errand.goal(), [f for f in errand.facts() if f not in shared])
-
-    def rooms(self, user: str, item: str) -> tuple[str, str] | None:
-        errand = self.open.get((user, item))
-        return (errand.pickup, errand.deliver) if errand else None
+        gone = [fact for fact in self.switches.facts(errand) if fact not in shared]
+        search.remove_goal(self.switches.goal(errand), gone)
 
 
 def live_through(office: Office, search: Search) -> None:
@@ -100,23 +103,24 @@ def first_errand() -> Errand:
     return Errand("user0", "item0", ROOMS[3], ROOMS[9])
 
 
-def office_problem() -> Problem:
-    return Problem.build(
-        DOMAIN,
-        objects={"room": ROOMS, "person": PEOPLE, "item": ITEMS},
-        facts=[at(ROOMS[0]), *first_errand().facts()],
-        goals=[first_errand().goal()],
-    )
+WAYS = {
+    "working": plain(metres),
+    "tray of two": working(Agenda(travel=Travel(distance=metres, capacity=2))),
+    "1998": example1998(metres),
+    "1996": figure9(metres),
+}
 
 
-@pytest.mark.parametrize("rules", ["working", "1998", "1996"])
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("seed", range(12))
-def test_everything_that_is_not_dropped_is_delivered(rules: str, seed: int) -> None:
-    office = Office(random.Random(seed), one_each=rules != "working")
+def test_everything_that_is_not_dropped_is_delivered(way: str, seed: int) -> None:
+    switches = WAYS[way]
+    office = Office(random.Random(seed), switches)
     office.open["user0", "item0"] = first_errand()
-    published = figure9(metres) if rules == "1996" else example1998(metres)
-    switches = working(metres, errands=office.rooms) if rules == "working" else published
-    search = Search(office_problem(), switches.options, switches.rules)
+    problem = switches.problem(
+        [first_errand()], rooms=ROOMS, people=PEOPLE, items=ITEMS, at=ROOMS[0]
+    )
+    search = Search(problem, switches.options, switches.rules)
     live_through(office, search)
     assert search.result is not None
     assert search.result.status is Status.SOLVED, search.result.reason
