@@ -129,5 +129,5 @@ def _show_position(position: Position) -> None:
     emit(
         f"({position.x:.2f}, {position.y:.2f}) m, heading {position.theta:.2f} rad, "
         f"give or take {position.deviation:.2f} m and {position.heading_deviation:.2f} rad"
-        + (f", at {position.room}" if position.room else "")
+        + (f", at {position.room} ({position.confidence:.0%} sure)" if position.room else "")
     )

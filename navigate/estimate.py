@@ -150,6 +150,19 @@ class Estimator:
         """Whether the sonars contradict the estimate persistently, or it is spread too wide."""
         return self.agreement < LOST_AGREEMENT or self._estimate.deviation > LOST_DEVIATION
 
+    def mass_near(self, x: float, y: float, *, within: float) -> float:
+        """The share of belief that lies ``within`` metres of a point, 0 to 1."""
+        shares = np.exp(self._weights)
+        near = np.hypot(self._x - x, self._y - y) <= within
+        return float(shares[near].sum() / shares.sum())
+
+    def fit(self, pose: Pose, ranges: Floats) -> float:
+        """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
+        heard = np.flatnonzero(np.isfinite(ranges))
+        if len(heard) == 0:
+            return 0.0
+        return float(self._agreeing(pose, ranges[heard], BEARINGS[heard]).mean())
+
     def recover(self, ranges: Floats, *, radius: float) -> bool:
         """Search poses within ``radius`` metres for those that fit the whole ring of readings.
 
@@ -164,7 +177,7 @@ class Estimator:
         self._weights = weights - weights.max()
         self._resample(np.exp(0.7 * self._weights))
         self._estimate = self._average()
-        fits = float(self._agreeing(ranges[heard], BEARINGS[heard]).mean())
+        fits = self.fit(self._estimate.pose, ranges)
         found = fits >= FOUND_AGREEMENT and self._estimate.deviation < LOST_DEVIATION
         self.agreement = fits if found else 0.0
         return found
@@ -197,13 +210,12 @@ class Estimator:
 
     def _judge(self, ranges: Floats, bearings: Floats, *, still: bool) -> None:
         memory = MEMORY * (0.3 if still else 1.0)
-        for agrees in self._agreeing(ranges, bearings).tolist():
+        for agrees in self._agreeing(self._estimate.pose, ranges, bearings).tolist():
             self.agreement += memory * (agrees - self.agreement)
 
-    def _agreeing(self, ranges: Floats, bearings: Floats) -> Floats:
-        here = self._estimate
-        look = here.theta + bearings
-        x, y = here.x + RING_RADIUS * np.cos(look), here.y + RING_RADIUS * np.sin(look)
+    def _agreeing(self, pose: Pose, ranges: Floats, bearings: Floats) -> Floats:
+        look = pose[2] + bearings
+        x, y = pose[0] + RING_RADIUS * np.cos(look), pose[1] + RING_RADIUS * np.sin(look)
         seen = np.minimum(ranges, REACH)
         fits = [np.abs(seen - guess) < AGREES for guess in self._expected.at(x, y, look)]
         return np.asarray(fits[0] | fits[1], dtype=np.float64)

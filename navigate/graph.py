@@ -69,6 +69,11 @@ class Graph:
             self.around[link.one].append((link.other, link))
             self.around[link.other].append((link.one, link))
 
+    def before(self, room: str) -> list[Point]:
+        """The stand-off points outside the doors of a room."""
+        mine = {self.nodes[index].passage for index in self.at.get(room, [])}
+        return [node.at for node in self.nodes if node.passage in mine and node.space != room]
+
 
 def build_graph(floor: Floor) -> Graph:
     """Build the graph of ``floor``."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
+from navigate.confidence import Confidence
+from navigate.distances import Distances
 from navigate.driver import Drive, Driver
 from navigate.estimate import Estimator
 from navigate.floor import Floor
@@ -14,7 +17,7 @@ from navigate.hindrances import Memory
 from navigate.messages import NavigationReport, Position
 from navigate.odometry import Motion, Pose, motion_between, plausible
 from navigate.routes import Planner
-from navigate.sonarring import bump_direction, heard_ranges
+from navigate.sonarring import bump_direction, heard_ranges, wrap
 from navigate.surroundings import Surroundings
 from navigate.view import STOP, View, Wheels
 from navigate.walls import Floats
@@ -32,6 +35,13 @@ SEARCH_EVERY = 8
 SEARCH_RADII = (1.0, 2.0, 4.0, 8.0, 15.0)
 
 
+LOOKS = tuple(wrap(number * math.pi / 12) for number in range(24))
+"""Turns in radians by which a robot may look elsewhere than believed."""
+
+TURNED = math.radians(20.0)
+"""What is turned by more than this looks elsewhere."""
+
+
 class Navigator:
     """One robot on one floor.
 
@@ -47,6 +57,8 @@ class Navigator:
         self.memory = Memory()
         self.surroundings = Surroundings()
         self.driver = Driver(self.planner, self.memory)
+        self.distances = Distances(self.planner)
+        self._confidence = Confidence(floor, self.estimator)
         self.time = 0.0
         self.wheels = STOP
         self._odom: Pose | None = None
@@ -83,13 +95,15 @@ class Navigator:
     def position(self) -> Position:
         """Where the robot is believed to be."""
         here = self.estimator.estimate
+        room = self.floor.room_near(here.x, here.y)
         return Position(
             x=round(here.x, 4),
             y=round(here.y, 4),
             theta=round(here.theta, 4),
             deviation=round(here.deviation, 4),
             heading_deviation=round(here.heading_deviation, 4),
-            room=self.floor.room_near(here.x, here.y),
+            room=room,
+            confidence=round(self._confidence.at(room, self._ranges, self._odom), 4),
             time=self.time,
         )
 
@@ -103,15 +117,30 @@ class Navigator:
         )
 
     def set_position(self, room: str) -> Position:
-        """Believe to be at the place of ``room``, looking where it was believed to look.
+        """Believe to be at ``room``, as somebody said who sees the robot there.
+
+        That is at its place, or before its door, whichever the sonars speak for; the robot is
+        believed to look where it was believed to look, unless they contradict.
 
         Raises:
             UnknownRoomError: no such room.
         """
-        x, y = self.floor.place(room)
-        theta = self.estimator.estimate.theta
-        self.estimator.place((x, y, theta), spread=0.15, turn_spread=0.15)
+        pose = self._pose_at(room)
+        self.estimator.place(pose, spread=0.15, turn_spread=0.15)
+        self._confidence.told(room.lower(), self._odom)
         return self.position()
+
+    def _pose_at(self, room: str) -> Pose:
+        spots = [self.floor.place(room), *self.planner.graph.before(room.lower())]
+        looks = [self.estimator.estimate.theta + turn for turn in LOOKS]
+        poses: list[Pose] = [(x, y, look) for look in looks for x, y in spots]
+        return max(poses, key=lambda pose: self._favour(pose, poses[0]))
+
+    def _favour(self, pose: Pose, first: Pose) -> float:
+        """How well a pose fits what is heard; a little less the less it is expected."""
+        turned = abs(pose[2] - first[2]) > TURNED
+        moved = pose[:2] != first[:2]
+        return self.estimator.fit(pose, self._ranges) - 0.2 * turned - 0.05 * moved
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs to go on, roughly: the estimate, not each particle."""

@@ -133,36 +133,58 @@ class Planner:
         if not self.floor.free(*goal, clearance=0.2):
             raise NoRouteError(goal, "there is no room for the robot")
         blocked = hindrances or Hindrances()
-        ends = self.floor.space_nearest(*goal)
-        door = self.floor.doorway_at(*start)
-        begins = self.floor.space_nearest(*start)
-        direct = door is None and begins.name == ends.name
-        if direct and not blocked.lie_ahead(start, goal):
-            return [_step(start, goal, ends.name)]
-        steps = self._search(start, goal, blocked, door)
+        if self.is_direct(start, goal, blocked):
+            return [_step(start, goal, self.floor.space_nearest(*goal).name)]
+        steps = self._search(start, goal, blocked)
         if not steps:
             raise NoRouteError(goal, _why(blocked))
         return steps
 
-    def _search(
-        self, start: Point, goal: Point, blocked: Hindrances, door: Passage | None
-    ) -> list[Step]:
+    def is_reachable(self, goal: Point) -> bool:
+        """Whether the robot could stand at a point at all."""
+        return self.floor.space_at(*goal) is not None and self.floor.free(*goal, clearance=0.2)
+
+    def is_direct(self, start: Point, goal: Point, blocked: Hindrances) -> bool:
+        """Whether the way is straight, within one space, and nothing is in it."""
+        begins, ends = self.space_of(start), self.floor.space_nearest(*goal).name
+        return begins == ends and not blocked.lie_ahead(start, goal)
+
+    def space_of(self, start: Point) -> str | None:
+        """The space that a robot is in, None when it stands in the frame of a door."""
+        in_frame = self.floor.doorway_at(*start) is not None
+        return None if in_frame else self.floor.space_nearest(*start).name
+
+    def is_open(self, link: Link, blocked: Hindrances) -> bool:
+        """Whether a link of the graph can be gone."""
         nodes = self.graph.nodes
+        return not blocked.stops(link, nodes[link.one].at, nodes[link.other].at)
+
+    def ways_in(self, start: Point, blocked: Hindrances) -> dict[int, float]:
+        """Seconds from a point to the nodes that are seen from there, by their indices."""
+        return self._costs(start, self._entries(start), blocked)
+
+    def ways_out(self, goal: Point, blocked: Hindrances) -> dict[int, float]:
+        """Seconds to a point from the nodes that are seen from there, by their indices."""
         ends = self.floor.space_nearest(*goal).name
+        return self._costs(goal, self.graph.at.get(ends, []), blocked)
+
+    def _search(self, start: Point, goal: Point, blocked: Hindrances) -> list[Step]:
         search = _Search(
             self.graph,
             goal,
-            entries=self._costs(start, self._entries(start, door), blocked),
-            exits=self._costs(goal, self.graph.at.get(ends, []), blocked),
-            free=lambda link: not blocked.stops(link, nodes[link.one].at, nodes[link.other].at),
+            entries=self.ways_in(start, blocked),
+            exits=self.ways_out(goal, blocked),
+            free=lambda link: self.is_open(link, blocked),
         )
-        steps, at = [], start
+        steps, at, door = [], start, self.floor.doorway_at(*start)
         for node, link in search.run():
-            steps.append(self._taken(at, nodes[node], link, door))
-            at, door = nodes[node].at, None
+            steps.append(self._taken(at, self.graph.nodes[node], link, door))
+            at, door = self.graph.nodes[node].at, None
+        ends = self.floor.space_nearest(*goal).name
         return [*steps, _step(at, goal, ends)] if steps else []
 
-    def _entries(self, start: Point, door: Passage | None) -> Iterable[int]:
+    def _entries(self, start: Point) -> Iterable[int]:
+        door = self.floor.doorway_at(*start)
         if door is not None:
             return (i for i, node in enumerate(self.graph.nodes) if node.passage == door.name)
         return self.graph.at.get(self.floor.space_nearest(*start).name, [])

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from navigate.distances import as_table
 from navigate.driver import Drive as Errand
 from navigate.floor import CENTIMETRES, UnknownRoomError
 from navigate.graph import Point, show_point
@@ -17,10 +18,12 @@ from navigate.messages import (
     NavigationFailure,
     NavigationReport,
     PlanRoute,
+    PlanRoutes,
     Position,
     RoomLocation,
     Rooms,
     Route,
+    RouteTable,
     SetPosition,
     WhereAmI,
     WhereIsRoom,
@@ -78,6 +81,7 @@ class NavigateService:
         self._heard, self._ended = asyncio.Event(), asyncio.Event()
         self._errand: Errand | None = None
         self._unheard, self._faults = 0, 0
+        self._measuring = asyncio.Lock()
         self.module.serve(Sensors, self._on_sensors)
         self.module.serve(NavigateToGoal, self._on_goal)
         self.module.serve(SetPosition, self._on_set_position)
@@ -85,6 +89,7 @@ class NavigateService:
         self.module.serve(WhereIsRoom, self._on_room)
         self.module.serve(Rooms, self._on_rooms)
         self.module.serve(PlanRoute, self._on_plan)
+        self.module.serve(PlanRoutes, self._on_plan_many)
 
     async def run(self) -> None:
         """Serve until cancelled.
@@ -223,6 +228,19 @@ class NavigateService:
         except NoRouteError as error:
             raise TaskError(NavigationFailure.NO_ROUTE, str(error)) from error
         return describe(start, steps)
+
+    async def _on_plan_many(self, query: PlanRoutes, _context: Context) -> RouteTable:
+        navigator = self._navigator
+        here = navigator.estimator.estimate
+        with _told_unknown():
+            places = [navigator.floor.place(room) for room in query.rooms]
+        hindrances = navigator.memory.believed(navigator.time)
+        starts = [*places, (here.x, here.y)]
+        # In a thread: the wheels go on being answered meanwhile.
+        async with self._measuring:
+            find = navigator.distances.between
+            found = await asyncio.to_thread(find, starts, places, hindrances)
+        return as_table(query.rooms, found)
 
     def _load(self) -> None:
         state = self._kept.load() if self._kept else None

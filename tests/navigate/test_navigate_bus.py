@@ -18,6 +18,7 @@ from navigate.keeping import StateFile
 from navigate.messages import (
     NavigateToGoal,
     PlanRoute,
+    PlanRoutes,
     Rooms,
     SetPosition,
     WhereAmI,
@@ -150,12 +151,22 @@ async def test_questions_about_rooms_routes_and_places():
         assert len(rooms) == 60
         route = await asker.query(PlanRoute(goal="r-5303"))
         assert route.via[-1] == "r-5303"
-        for question in (WhereIsRoom(room="r-53033"), PlanRoute(goal="r-53033")):
+        table = await asker.query(PlanRoutes(rooms=[room.room for room in rooms]))
+        assert table.rooms[1] == "r-5303"
+        assert table.from_here[1] == route.metres
+        assert all(table.metres[i][i] == 0.0 and len(table.metres[i]) == 60 for i in range(60))
+        for question in (
+            WhereIsRoom(room="r-53033"),
+            PlanRoute(goal="r-53033"),
+            PlanRoutes(rooms=["r-5303", "r-53033"]),
+        ):
             with pytest.raises(HandlerFailedError, match="'r-5303'") as caught:
                 await asker.query(question)
             assert caught.value.failure.name == "unknown_room"
         told = await asker.execute(SetPosition(room="r-5303"))
-        assert (await told.result(timeout=10)).room == "r-5303"
+        position = await told.result(timeout=10)
+        assert position.room == "r-5303"
+        assert 0.0 <= position.confidence <= 1.0
         wrong = await asker.execute(SetPosition(room="lounge"))
         with pytest.raises(TaskFailedError) as failed:
             await wrong.result(timeout=10)

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from navigate.distances import Distances, as_table
 from navigate.floor import Floor
 from navigate.floorfile import load_plan
 from navigate.graph import straight
@@ -142,3 +143,35 @@ def test_a_door_that_was_passed_is_not_shut():
     memory.shut("d-5303", 100.0)
     memory.opened("d-5303")
     assert memory.believed(101.0) == Hindrances()
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.lists(rooms, min_size=1, max_size=6), st.sets(st.sampled_from(DOORS), max_size=30))
+def test_distances_between_many_are_those_of_the_routes_one_by_one(names, shut):
+    places = [FLOOR.place(name) for name in names]
+    blocked = Hindrances(doors=frozenset(shut))
+    found = Distances(PLANNER).between(places, places, blocked)
+    for start, row in zip(places, found, strict=True):
+        for goal, reach in zip(places, row, strict=True):
+            try:
+                steps = PLANNER.plan(start, goal, blocked)
+            except NoRouteError:
+                assert reach is None
+            else:
+                assert reach.metres == pytest.approx(sum(step.metres for step in steps))
+                assert reach.seconds == pytest.approx(sum(step.seconds for step in steps))
+
+
+def test_distances_follow_what_is_in_the_way():
+    distances = Distances(PLANNER)
+    one, other = FLOOR.place("r-5303"), FLOOR.place("r-5313")
+    doorway = (FLOOR.doors["d-5303"].centre[0], one[1])
+    free, shut = Hindrances(), Hindrances(doors=frozenset({"d-5313"}))
+    assert distances.between([one, doorway], [other], free)[0][0].metres == pytest.approx(
+        18.0, abs=4.0
+    )
+    assert distances.between([one], [other], shut) == [[None]]
+    assert distances.between([one], [(-9.0, 0.0)], free) == [[None]]
+    table = as_table(["a"], [[None], distances.between([doorway], [other], free)[0]])
+    assert table.metres == [[None]]
+    assert 18.0 < table.from_here[0] < 22.0
