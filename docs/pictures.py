@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rogue.errands import Errand, figure9, load_office_domain, load_office_problem
+from rogue.errands import Errand, figure9, load_office_problem
 from rogue.explain import draw_svg
 from rogue.prodigy import Execute, Search, goal_tree
 
@@ -18,14 +18,13 @@ def metres(one: str, other: str) -> float:
 
 def figure_9() -> str:
     """Figure 9 of Haigh & Veloso (1996): a second errand arrives while the robot drives."""
-    problem = load_office_problem("figure6", load_office_domain())
-    options, rules = figure9(metres)
-    search = Search(problem, options, rules)
+    office = figure9(metres)
+    search = Search(load_office_problem("figure6", office.domain), office.options, office.rules)
     fax = Errand("jhm", "deliverfax", "r-5311", "r-5313")
     for event in search.events():
         if isinstance(event, Execute):
             if not search.executed_operators():
-                search.add_goal(fax.facts(), fax.goal())
+                search.add_goal(office.facts(fax), office.goal(fax))
             search.executed()
     return draw_svg(goal_tree(search), title="Two errands, the second while the robot drives")
 

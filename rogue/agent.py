@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rogue import trace
 from rogue.conversation import Conversation
-from rogue.deadlines import show_time
+from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
 from rogue.episode import Episode, Locations
 from rogue.errands import Agenda, Metric, RankSum, Travel
@@ -40,6 +40,7 @@ from rogue.requests import (
     RequestBook,
     load_directory,
 )
+from rogue.times import show_time
 from tca_bus import BusOptions, Context, Module
 
 log = logging.getLogger(__name__)
@@ -142,6 +143,7 @@ class Agent:
             book=self._book,
             executor=executor,
             conversation=self._conversation,
+            decisions=DecisionRecorder(self._store, self._module.clock),
             told=self._told,
         )
         self._planning = True

@@ -6,6 +6,7 @@ import re
 from datetime import datetime, timedelta
 
 from rogue.errors import DeadlineError
+from rogue.times import show_time
 
 LONGEST_SECONDS = 366 * 86400.0
 """Deadlines beyond a year are taken for slips of the pen."""
@@ -39,18 +40,6 @@ def read_span(text: str) -> float | None:
     if not _RELATIVE.fullmatch(text.strip()):
         return None
     return sum(float(number) * _UNITS[unit.lower()] for number, unit in _PART.findall(text))
-
-
-def show_time(when: float) -> str:
-    """A time as the papers' request messages have it: ``Oct 1 12:51``."""
-    moment = datetime.fromtimestamp(when).astimezone()
-    return f"{moment:%b} {moment.day} {moment:%H:%M}"
-
-
-def show_deadline(when: float) -> str:
-    """A deadline as the papers' request messages have it: ``Wed Oct 1 13:48``."""
-    moment = datetime.fromtimestamp(when).astimezone()
-    return f"{moment:%a} {show_time(when)}"
 
 
 def _read(text: str, now: float) -> float | None:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from rogue import trace
 from rogue.conversation import Conversation
+from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
 from rogue.errands import Agenda
 from rogue.execution import Executor
@@ -26,6 +27,7 @@ from rogue.planning import (
 )
 from rogue.prodigy import (
     Announced,
+    Decided,
     Execute,
     Executed,
     Failed,
@@ -60,6 +62,7 @@ class Episode:
         book: RequestBook,
         executor: Executor,
         conversation: Conversation,
+        decisions: DecisionRecorder,
         told: set[str],
     ) -> None:
         self._rules = rules
@@ -70,6 +73,7 @@ class Episode:
         self._book = book
         self._executor = executor
         self._conversation = conversation
+        self._decisions = decisions
         self._told = told
         self._agenda = agenda
         self._switches = switches(rules, agenda)
@@ -100,6 +104,8 @@ class Episode:
 
     async def _drive(self, search: Search) -> SearchResult:
         while (event := search.step()) is not None:
+            if isinstance(event, Decided | Failed):
+                self._decisions.see(event)
             match event:
                 case Announced() | Failed() | Executed():
                     await self._show(search.trace)
@@ -151,6 +157,7 @@ class Episode:
             if self._book.find(request_id) is not None:
                 continue
             del self._admitted[request_id]
+            self._decisions.withdraw(request_id)
             ended = await self._store.request(request_id)
             if ended is None or ended.state is RequestState.COMPLETED:
                 continue
@@ -164,6 +171,7 @@ class Episode:
         await self._distances.learn(rooms, self._locations)
         self._admitted[request.id] = request
         self._agenda.put(claim(request, self._directory))
+        self._decisions.admit(request)
         self._seen.append(request.id)
         self._unranked.append(request)
         if request.id not in self._told and request.state is RequestState.QUEUED:

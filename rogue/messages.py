@@ -282,18 +282,40 @@ class ShowPlan(Query[PlanView]):
     wire_name = "roguePlan"
 
 
+class WhyEntry(BaseModel):
+    """One event of a request's story.
+
+    ``time`` is None for what is so now; ``kind`` is that of `rogue.explain.Entry`; ``rule`` is
+    the control rule that decided, or the planner's default, and ``over`` what else it could
+    have chosen.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    time: float | None
+    kind: str
+    sentence: str
+    rule: str = ""
+    over: tuple[str, ...] = ()
+
+
 class WhyReport(BaseModel):
-    """What led a request to where it is, in sentences, the oldest first."""
+    """What led a request to where it is, the oldest first: as lines with times, and as data."""
 
     model_config = ConfigDict(frozen=True)
 
     id: str
     sentences: list[str]
+    entries: list[WhyEntry] = []
 
 
 class Why(Query[WhyReport]):
-    """Ask why a request stands where it does."""
+    """Ask why a request stands where it does; with ``everything``, for each choice of the planner.
+
+    Of each request the newest decisions are kept, the planner's routine choices least long.
+    """
 
     wire_name = "rogueWhy"
 
     id: str = Field(pattern=REQUEST_ID_PATTERN)
+    everything: bool = False

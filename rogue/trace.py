@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rogue.deadlines import show_deadline, show_time
 from rogue.messages import DeliveryRequest
+from rogue.times import show_deadline, show_time
 
 MARGIN = " " * 10
 """What ROGUE itself says stands ten columns in; the planner's node lines do not."""

@@ -11,7 +11,6 @@ from cyclopts.validators import Number
 from rogue.cli._client import NotAcceptedError, ask, on_bus
 from rogue.cli._posting import post
 from rogue.cli._waiting import EXIT_CODES, states
-from rogue.deadlines import show_deadline, show_time
 from rogue.messages import (
     CancelRequest,
     DeliveryRequest,
@@ -22,6 +21,7 @@ from rogue.messages import (
     ShowRequest,
     Why,
 )
+from rogue.times import show_deadline, show_time
 from tca_bus import Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 
@@ -166,16 +166,24 @@ async def cancel(
         _say(await ask(module, CancelRequest(id=id, reason=reason, item=item)), flags)
 
 
-async def why(id: str, /, *, flags: BusFlags = DEFAULT_FLAGS) -> None:
+async def why(
+    id: str,
+    /,
+    *,
+    everything: Annotated[bool, Parameter(name="--all", negative="")] = False,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
     """Say why a request stands where it does.
 
     Parameters
     ----------
     id
         The request; 'rogue requests' lists them.
+    everything
+        Tell each choice of the planner, not only those that make a difference.
     """
     async with on_bus(flags) as module:
-        report = await ask(module, Why(id=id))
+        report = await ask(module, Why(id=id, everything=everything))
     if flags.json:
         emit_json(report)
         return

@@ -31,7 +31,14 @@ class DecisionKind(StrEnum):
     """It waits until a time, for what stood in its way."""
 
 
-ROUTINE = frozenset({DecisionKind.GOAL, DecisionKind.OPERATOR, DecisionKind.BINDINGS})
+ROUTINE = frozenset(
+    {
+        DecisionKind.GOAL,
+        DecisionKind.OPERATOR,
+        DecisionKind.BINDINGS,
+        DecisionKind.DEAD_END,
+    }
+)
 """Decisions that tell little; the first to be forgotten where there are many."""
 
 

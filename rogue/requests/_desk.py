@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from dataclasses import asdict
 from weakref import WeakValueDictionary
 
 from rogue.errors import IdTakenError, RequestError, UnknownRequestError
+from rogue.explain import Record, story, told
 from rogue.memory import Store
 from rogue.messages import (
     CancelRequest,
@@ -20,9 +22,9 @@ from rogue.messages import (
     ShowRequest,
     TraceLine,
     Why,
+    WhyEntry,
     WhyReport,
 )
-from rogue.reasons import why_sentences
 from rogue.requests._book import RequestBook
 from rogue.requests._endings import is_carried
 from rogue.requests._intake import is_same_errand, normal, refuse_duplicate
@@ -122,13 +124,21 @@ class Desk:
     async def _why(self, message: Why, context: Context) -> WhyReport:
         del context
         request = await self._find(message.id)
-        sentences = why_sentences(
-            request,
+        record = Record(
+            request=request,
+            filled=await self._store.filled(request.id),
+            decisions=await self._store.decisions(request.id),
+            forgotten=await self._store.forgotten(request.id),
             steps=await self._store.steps_of(request.id),
             notes=await self._store.notes(request.id),
             others=self._book.open_requests(),
         )
-        return WhyReport(id=request.id, sentences=sentences)
+        entries = story(record, everything=message.everything)
+        return WhyReport(
+            id=request.id,
+            sentences=told(entries),
+            entries=[WhyEntry(**asdict(entry)) for entry in entries],
+        )
 
     async def _find(self, request_id: str) -> DeliveryRequest:
         request = await self._store.request(request_id)

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rogue.deadlines import read_deadline, show_deadline, show_time
+from rogue.deadlines import read_deadline
 from rogue.errors import DeadlineError
+from rogue.times import show_deadline, show_time
 
 NOW = datetime(2026, 3, 4, 14, 30).astimezone().timestamp()
 

@@ -13,10 +13,12 @@ from rogue_fakes import PLACES, FakeModule, ScriptedRobot, failed, make_request,
 from navigate.messages import NavigateToGoal
 from rogue import trace
 from rogue.conversation import Conversation
+from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
 from rogue.episode import Episode
 from rogue.errands import Agenda
 from rogue.execution import Executor, Patience, StepRunner, TaskOfRobot, as_published
+from rogue.explain import DecisionKind, Rival
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome
@@ -93,6 +95,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 book=book,
                 executor=executor,
                 conversation=conversation,
+                decisions=DecisionRecorder(store, module.clock),
                 told=told,
             )
 
@@ -197,3 +200,14 @@ async def test_a_search_that_grows_large_gives_way_to_a_fresh_one(
     assert sum("Message from interface" in line for line in lines) == 2
     done = [step.state for step in await scene.store.steps_of("a")]
     assert done == ["done"] * 4
+
+
+async def test_what_was_decided_is_recorded_for_whom_it_concerns(scene: Scene):
+    late = make_request("b", posted=1001.0, **FAX)
+    scene.robot.events[0] = lambda: scene.book.add(late, None)
+    await scene.play(Rules.Y1996, make_request())
+    decided = await scene.store.decisions("a")
+    kinds = {decision.kind for decision in decided}
+    assert {DecisionKind.PLANNED, DecisionKind.STEP, DecisionKind.OVERTAKEN} <= kinds
+    [merged] = [d for d in await scene.store.decisions("b") if d.kind is DecisionKind.MERGED]
+    assert merged.rivals == (Rival("a", 5),)

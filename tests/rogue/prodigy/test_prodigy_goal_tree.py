@@ -13,7 +13,7 @@ from prodigy_office_runs import (
     wrong_room_first,
 )
 
-from rogue.errands import figure9, working
+from rogue.errands import Agenda, figure9, working
 from rogue.prodigy import (
     Execute,
     Search,
@@ -92,9 +92,9 @@ def test_a_goal_that_was_missed_is_there_again() -> None:
 
 
 def test_the_rule_that_decided_stands_at_what_it_chose() -> None:
-    search = run(figure6_search(working(metres)), outcome=arrives_during_first_step(JHM))
+    search = run(figure6_search(working(Agenda.plain(metres))))
     rules = {node.reason for node in goal_tree(search).nodes if not node.is_goal}
-    assert "goto-for-consumer" in rules
+    assert "pickup-goto-for-acquire" in rules
 
 
 def test_what_backtracking_left_behind_is_given_up() -> None:
