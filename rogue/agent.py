@@ -7,8 +7,8 @@ requests* (1996, 1998).
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
+from collections.abc import Coroutine
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from rogue.execution import (
     BusRobot,
     Endurance,
     Executor,
+    KnownWorld,
     Patience,
     StepRunner,
     Verification,
@@ -98,6 +99,7 @@ class Agent:
             questions=Questions(module, store, self._conversation),
             server=options.finger,
         )
+        self._world = KnownWorld(store, module)
         self._distances = Distances(module)
         self._agenda = Agenda(
             travel=Travel(distance=self._distances, capacity=options.places),
@@ -118,7 +120,14 @@ class Agent:
         """Serve requests until cancelled: first what was left over, then what comes."""
         await self._module.clock.wait_ready(CLOCK_WAIT)
         executor = await self._executor()
-        self._book.on_change = executor.requests_changed
+        self._book.on_change = executor.reconsider
+
+        def world_changed() -> None:
+            executor.reconsider()
+            self._book.changed.set()
+
+        self._world.on_change = world_changed
+        await self._world.load()
         await self._reception.load()
         await self._book.load()
         self._module.start(self._watch_deadlines(), name="rogue.deadlines")
@@ -126,10 +135,35 @@ class Agent:
         while True:
             if not self._book.open_requests():
                 await self._conversation.tell(trace.LISTENING)
-            while not self._book.open_requests():
-                self._book.changed.clear()
-                await self._book.changed.wait()
+            await self._work()
             await self._serve(executor)
+
+    async def _work(self) -> None:
+        """Wait until a request can be served: a new one, or one whose time has come again."""
+        while True:
+            self._book.changed.clear()
+            names = [request.id for request in self._book.open_requests()]
+            if any(not self._world.is_held(name) for name in names):
+                return
+            await self._first(self._due(self._world.next_due(names)), self._book.changed.wait())
+
+    async def _due(self, when: float | None) -> None:
+        if when is None:
+            await asyncio.get_running_loop().create_future()
+        else:
+            await self._module.clock.sleep_until(when)
+
+    async def _first(self, *waits: Coroutine[object, object, object]) -> None:
+        """Wait for the first of these."""
+        tasks = [asyncio.create_task(wait, name="rogue.wait") for wait in waits]
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _serve(self, executor: Executor) -> None:
         self._locations = await self._rooms(self._options.endurance.absence)
@@ -160,8 +194,8 @@ class Agent:
             module=self._module,
             store=self._store,
             book=self._book,
+            world=self._world,
             directory=self._directory,
-            robot=self._robot,
             runner=runner,
             patience=self._options.patience,
             arrival=self._options.verification,
@@ -172,15 +206,7 @@ class Agent:
         while True:
             self._book.deadlines_changed.clear()
             await self._drop_overdue()
-            watch = asyncio.create_task(self._next_deadline(), name="rogue.next-deadline")
-            change = asyncio.create_task(self._book.deadlines_changed.wait(), name="rogue.change")
-            try:
-                await asyncio.wait({watch, change}, return_when=asyncio.FIRST_COMPLETED)
-            finally:
-                for task in (watch, change):
-                    task.cancel()
-                    with contextlib.suppress(asyncio.CancelledError):
-                        await task
+            await self._first(self._next_deadline(), self._book.deadlines_changed.wait())
 
     async def _next_deadline(self) -> None:
         deadline = self._book.next_deadline()

@@ -20,6 +20,8 @@ from rogue.planning import (
     Rules,
     admit,
     claim,
+    correct,
+    errand,
     new_search,
     report,
     switches,
@@ -94,7 +96,7 @@ class Episode:
             await self._take_in(request)
         search = new_search(
             first,
-            await self._store.facts(),
+            self._executor.world.facts,
             directory=self._directory,
             rooms=self._locations,
             switches=self._switches,
@@ -134,9 +136,11 @@ class Episode:
         outcome = await self._executor.execute(step.operator, arguments, list(self._admitted))
         if outcome.kind == "done":
             self._executed.append(str(step))
-        report(search, step.operator, outcome)
+        report(search, outcome, self._executor.world.facts, self._switches)
 
     async def _poll(self, search: Search) -> None:
+        correct(search, self._executor.world.facts, self._switches)
+        self._drop_changed(search)
         await self._drop_ended(search)
         for request in self._admissible():
             others = list(self._admitted.values())
@@ -151,6 +155,16 @@ class Episode:
         expected = NODES_OF_A_REQUEST * len(self._admitted)
         if self._executed and nodes > NODES_OF_A_SEARCH + expected:
             search.stop("the tree has grown large")
+
+    def _drop_changed(self, search: Search) -> None:
+        """Take out what is put off, and what goes on otherwise; it enters again as it is then."""
+        for request_id, request in list(self._admitted.items()):
+            now = self._book.find(request_id)
+            if now is None:
+                continue
+            if self._executor.world.is_held(request_id) or errand(now) != errand(request):
+                del self._admitted[request_id]
+                withdraw(search, request, self._admitted.values(), self._switches)
 
     async def _drop_ended(self, search: Search) -> None:
         for request_id, request in list(self._admitted.items()):
@@ -183,7 +197,9 @@ class Episode:
         taken = {self._identity(request) for request in self._admitted.values()}
         found: list[DeliveryRequest] = []
         for request in self._book.open_requests():
-            if request.id not in self._admitted and self._identity(request) not in taken:
+            if request.id in self._admitted or self._executor.world.is_held(request.id):
+                continue
+            if self._identity(request) not in taken:
                 taken.add(self._identity(request))
                 found.append(request)
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
@@ -31,12 +32,35 @@ NOTHING = Outcome()
 """The outcome of an effect that has none."""
 
 
-class StepOutcome(BaseModel):
-    """What came of an operator in the real world.
+class Trouble(enum.StrEnum):
+    """Why a step came to nothing, as far as it matters for what to do about it."""
 
-    ``room`` is where the robot is known to stand afterwards, None if nobody knows. A step that
-    ended ``elsewhere`` may be planned again from there; one that ``failed`` takes the requests
-    that it served with it, for ``reason``.
+    NOBODY = "nobody"
+    """Nobody was there to answer."""
+    IMPOSSIBLE = "impossible"
+    """Somebody there said that it cannot be done."""
+    BLOCKED = "blocked"
+    """There is no way to the room now."""
+    UNSURE = "unsure"
+    """Nothing could make sure that this is the room."""
+    MISTAKEN = "mistaken"
+    """What the step needs is not so in the world; the planner did not know."""
+    UNWANTED = "unwanted"
+    """Nobody wants it any more."""
+    UNABLE = "unable"
+    """The robot could not do it, and trying again is of no use."""
+
+
+Thing = tuple[str, str]
+"""An item on the tray: for which user, and what."""
+
+
+class StepOutcome(BaseModel):
+    """What came of an operator in the real world, and what it has changed there.
+
+    ``room`` is where the robot is known to stand afterwards, None if nobody knows; ``placed`` and
+    ``gone`` are the things that are on the tray now or not any more. A step that ended
+    ``elsewhere`` or ``failed`` has not brought about what its operator predicts, for ``reason``.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -44,3 +68,6 @@ class StepOutcome(BaseModel):
     kind: Literal["done", "elsewhere", "failed"]
     room: str | None = None
     reason: str | None = None
+    trouble: Trouble | None = None
+    placed: tuple[Thing, ...] = ()
+    gone: tuple[Thing, ...] = ()

@@ -118,16 +118,36 @@ def new_search(
     return Search(problem, options, switches.rules)
 
 
-def report(search: Search, operator: str, outcome: StepOutcome) -> None:
-    """Tell the search what came of an operator."""
+def report(search: Search, outcome: StepOutcome, facts: Facts, switches: Switches) -> None:
+    """Tell the search what came of an operator; ``facts`` are those after it."""
     if outcome.kind == "done":
         search.executed()
-    elif operator.startswith("goto-"):
-        here = {in_room(outcome.room)} if outcome.room is not None else set()
-        before = {Fact("robot-in-room", args) for args in search.state.tuples("robot-in-room")}
-        search.executed(added=sorted(here - before), deleted=sorted(before - here))
     else:
-        search.executed(added=(), deleted=())
+        added, deleted = _corrections(search, facts, switches)
+        search.executed(added=added, deleted=deleted)
+
+
+def correct(search: Search, facts: Facts, switches: Switches) -> None:
+    """Bring the search's state in line with what is known of robot and tray."""
+    added, deleted = _corrections(search, facts, switches)
+    if added:
+        search.assert_facts(*added)
+    if deleted:
+        search.retract_facts(*deleted)
+
+
+def _corrections(search: Search, facts: Facts, switches: Switches) -> tuple[list[Fact], list[Fact]]:
+    """What is so and the search does not know, and what it believes and is not so."""
+    known = {Fact("robot-has-item", thing) for thing in facts.tray}
+    known.update(switches.tray(len(facts.tray)))
+    if facts.room is not None:
+        known.add(in_room(facts.room))
+    believed = {
+        Fact(predicate, args)
+        for predicate in ("robot-in-room", "robot-has-item", "places-left", "tray-full")
+        for args in search.state.tuples(predicate)
+    }
+    return sorted(known - believed), sorted(believed - known)
 
 
 def admit(

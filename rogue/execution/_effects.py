@@ -42,22 +42,37 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True)
+class CheckTray:
+    """See whether an item is on the tray, as far as anybody has noticed."""
+
+    user: str
+    item: str
+
+
+@dataclass(frozen=True, slots=True)
 class Perform:
     """Have a goal or a command carried out."""
 
     message: TaskOfRobot
 
 
-@dataclass(frozen=True, slots=True)
-class Pause:
-    """Let the world go on for a while, in seconds on the module's clock."""
-
-    seconds: float
-
-
-Effect = Tell | Locate | Believe | Look | Perform | Pause
+Effect = Tell | Locate | Believe | Look | CheckTray | Perform
 
 T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Urgency:
+    """How the tasks of a step are sent: their priority, and when they are of no use any more.
+
+    ``deadline`` is in seconds since the epoch on the module's clock, None for no such time.
+    """
+
+    priority: int = 0
+    deadline: float | None = None
+
+
+AT_LEISURE = Urgency()
 
 Part = Generator[Effect, Outcome, T]
 """A part of a procedure that comes to a ``T``."""

@@ -5,30 +5,44 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
-from rogue.execution._effects import Procedure
+from rogue import trace
+from rogue.execution._effects import Procedure, Urgency
+from rogue.execution._judgement import Case, Verdict, judge
+from rogue.execution._operators import (
+    ACQUIRE,
+    DRIVES,
+    GOTO_PICKUP,
+    next_room,
+    room_of,
+    served_by,
+    thing,
+    thing_of,
+)
 from rogue.execution._patience import Patience
 from rogue.execution._procedures import acquire, deliver, go_to
-from rogue.execution._robot import BusRobot
 from rogue.execution._steps import StepRunner
 from rogue.execution._verification import Verification
-from rogue.memory import Facts, Step, Store
+from rogue.execution._world import KnownWorld
+from rogue.memory import Step, Store
 from rogue.messages import DeliveryRequest, RequestState
-from rogue.outcomes import StepOutcome
+from rogue.outcomes import StepOutcome, Thing, Trouble
 from rogue.requests import Directory, RequestBook
 from tca_bus import Module
 
 log = logging.getLogger(__name__)
 
-GOTO_PICKUP = "goto-pickup-loc"
-GOTO_DELIVER = "goto-deliver-loc"
-ACQUIRE = "acquire-item"
-DELIVER = "deliver-item"
-RETURN = "return-item"
+NOBODY_WANTS_IT = "nobody wants it any more"
 
-MOST_WRONG_ARRIVALS = 3
-"""Drives for one request that may end in another room before it is given up."""
+
+@dataclass(slots=True)
+class _Current:
+    """The step that is being carried out, and which of its things were on the tray then."""
+
+    step: Step
+    task: asyncio.Task[StepOutcome]
+    carried: frozenset[Thing]
 
 
 class Executor:
@@ -40,8 +54,8 @@ class Executor:
         module: Module,
         store: Store,
         book: RequestBook,
+        world: KnownWorld,
         directory: Directory,
-        robot: BusRobot,
         runner: StepRunner,
         patience: Patience,
         arrival: Verification,
@@ -50,11 +64,11 @@ class Executor:
         self._store = store
         self._book = book
         self._directory = directory
-        self._robot = robot
         self._runner = runner
         self._patience = patience
         self._arrival = arrival
-        self._current: tuple[Step, asyncio.Task[StepOutcome]] | None = None
+        self._current: _Current | None = None
+        self.world = world
 
     async def execute(
         self, operator: str, arguments: Sequence[str], request_ids: Iterable[str]
@@ -63,17 +77,14 @@ class Executor:
 
         An operator that serves nobody any more fails at once, and nothing moves.
         """
-        facts = await self._store.facts()
-        found = (self._book.find(request_id) for request_id in request_ids)
-        planned = [request for request in found if request is not None]
-        served = _served(operator, arguments, planned, facts)
+        tray = self.world.facts.tray
+        served = served_by(operator, arguments, self._found(request_ids), tray)
         if not served:
-            return _unwanted(facts.room)
+            return _unwanted(self.world.facts.room)
         begun = [self._book.as_begun(request) for request in served]
-        now = self._module.clock.now()
-        step = await self._store.begin_step(operator, arguments, begun, now)
+        step = await self._store.begin_step(operator, arguments, begun, self._module.clock.now())
         if step is None:
-            return _unwanted(facts.room)
+            return _unwanted(self.world.facts.room)
         for request, before in zip(begun, served, strict=True):
             if request != before:
                 await self._book.took_effect(request)
@@ -86,104 +97,110 @@ class Executor:
             log.info("taking up step %d, %s", step.number, step.operator)
             await self._run(step)
 
-    def requests_changed(self) -> None:
-        """Break off a drive that nobody wants any more."""
-        if self._current is None:
-            return
-        step, task = self._current
-        if step.operator in {GOTO_PICKUP, GOTO_DELIVER} and not self._wanted(step):
-            running = self._robot.running
-            task.cancel()
-            if running is not None:
-                kill = self._robot.kill(running, "nobody wants it any more")
-                self._module.start(kill, name="rogue.kill")
+    def reconsider(self) -> None:
+        """Break off a drive that is of no use any more."""
+        current = self._current
+        if current is not None and not self._is_of_use(current.step, current.carried):
+            current.task.cancel()
 
     async def _run(self, step: Step) -> StepOutcome:
         outcome = await self._outcome(step)
-        facts = _facts_after(step, outcome, await self._store.facts())
-        changed = await self._changed(step, outcome, facts)
-        now = self._module.clock.now()
-        ended = await self._store.end_step(step, outcome, facts, now, changed=changed)
+        verdict = await self._verdict(step, outcome)
+        await self._runner.tell_after(step, _lines(verdict))
+        facts = self.world.facts.changed(
+            room=outcome.room, placed=outcome.placed, gone=outcome.gone
+        )
+        done, failed = RequestState.COMPLETED, RequestState.FAILED
+        changed = [self._book.as_ended(r, done, None, facts) for r in verdict.done]
+        changed += [self._book.as_given_up(r, failed, why, facts) for r, why in verdict.hopeless]
+        changed += verdict.moved
+        changed += [self._book.as_put_off(r) for r in self._found(h.request for h in verdict.holds)]
+        now, holds = self._module.clock.now(), verdict.holds
+        ended = await self._store.end_step(step, outcome, now, changed=changed, holds=holds)
+        self.world.after_step(outcome, holds)
         for request in ended:
             await self._book.took_effect(request)
         return outcome
 
     async def _outcome(self, step: Step) -> StepOutcome:
-        procedure = self._procedure(step)
-        if not self._wanted(step) and step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
+        carried = frozenset(map(thing, self._found(step.requests))) & self.world.facts.tray
+        if not self._is_of_use(step, carried):
+            await self._runner.abandon(step, self._procedure(step), NOBODY_WANTS_IT)
             return _unwanted()
-        task = asyncio.create_task(self._runner.run(step, procedure), name=f"step-{step.number}")
-        self._current = step, task
+        run = self._runner.run(step, self._procedure(step), self._urgency(step))
+        task = asyncio.create_task(run, name=f"step-{step.number}")
+        self._current = _Current(step, task, carried)
         try:
             return await task
         except asyncio.CancelledError:
             own = asyncio.current_task()
             if own is not None and own.cancelling():
                 raise
+            await self._runner.abandon(step, self._procedure(step), NOBODY_WANTS_IT)
             return _unwanted()
         finally:
             self._current = None
 
-    def _wanted(self, step: Step) -> bool:
-        found = [self._book.find(request_id) for request_id in step.requests]
-        served = [request for request in found if request is not None]
-        if step.operator == GOTO_DELIVER:
-            return any(request.destination == step.arguments[1] for request in served)
-        return bool(served)
+    def _is_of_use(self, step: Step, carried: frozenset[Thing]) -> bool:
+        """Whether somebody waits for a step; who has begun to hand something over goes on."""
+        if step.operator not in DRIVES:
+            return True
+        tray, room = self.world.facts.tray, room_of(step)
+        wanted = [r for r in self._found(step.requests) if not self.world.is_held(r.id)]
+        if step.operator == GOTO_PICKUP:
+            return any(r.pickup == room and thing(r) not in tray for r in wanted)
+        return any(r.destination == room and (thing(r) in tray or not carried) for r in wanted)
+
+    def _found(self, request_ids: Iterable[str]) -> list[DeliveryRequest]:
+        found = (self._book.find(request_id) for request_id in request_ids)
+        return [request for request in found if request is not None]
+
+    def _urgency(self, step: Step) -> Urgency:
+        """The priority of the most important request, and the latest of the deadlines."""
+        served = self._found(step.requests)
+        closing = any(request.closing is not None for request in served)
+        deadlines = [request.deadline for request in served]
+        return Urgency(
+            priority=max((request.rank for request in served), default=0),
+            deadline=None if closing else max(deadlines, default=None),
+        )
 
     def _procedure(self, step: Step) -> Procedure:
-        if step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
-            return go_to(step.arguments[1], self._patience, self._arrival)
-        room, user, item = step.arguments
+        if step.operator in DRIVES:
+            return go_to(room_of(step), self._patience, self._arrival)
+        user, item = thing_of(step)
         phrase = self._directory.phrase(user, item)
         hand_over = acquire if step.operator == ACQUIRE else deliver
-        return hand_over(room, user, item, phrase, self._patience)
+        return hand_over(room_of(step), (user, item), phrase, self._patience, self._arrival)
 
-    async def _changed(
-        self, step: Step, outcome: StepOutcome, facts: Facts
-    ) -> list[DeliveryRequest]:
-        """The requests that the step has ended, as they are then."""
-        found = (self._book.find(request_id) for request_id in step.requests)
-        served = [request for request in found if request is not None]
-        if outcome.kind == "done":
-            if step.operator not in {DELIVER, RETURN}:
-                return []
-            return [self._book.as_ended(r, RequestState.COMPLETED, None, facts) for r in served]
-        if outcome.kind == "elsewhere":
-            served = [r for r in served if await self._wrong_arrivals(r) >= MOST_WRONG_ARRIVALS]
-        reason = outcome.reason or "it could not be done"
-        return [self._book.as_ended(r, RequestState.FAILED, reason, facts) for r in served]
-
-    async def _wrong_arrivals(self, request: DeliveryRequest) -> int:
-        """How often the robot ended up elsewhere for this request, the open step included."""
-        steps = await self._store.steps_of(request.id)
-        return 1 + sum(step.state == "elsewhere" for step in steps)
+    async def _verdict(self, step: Step, outcome: StepOutcome) -> Verdict:
+        served, room, tray = self._found(step.requests), room_of(step), self.world.facts.tray
+        case = Case(
+            step=step,
+            outcome=outcome,
+            served=served,
+            others=[
+                request
+                for request in self._book.open_requests()
+                if request not in served and next_room(request, tray) == room
+            ],
+            past={request.id: await self._store.past_of(request.id) for request in served},
+            rooms={r.id: self._directory.other_rooms(r.user, room) for r in served},
+            facts=self.world.facts,
+            now=self._module.clock.now(),
+        )
+        return judge(case, self._patience)
 
 
 def _unwanted(room: str | None = None) -> StepOutcome:
-    return StepOutcome(kind="failed", room=room, reason="nobody wants it any more")
+    return StepOutcome(kind="failed", room=room, reason=NOBODY_WANTS_IT, trouble=Trouble.UNWANTED)
 
 
-def _served(
-    operator: str, arguments: Sequence[str], requests: Sequence[DeliveryRequest], facts: Facts
-) -> list[DeliveryRequest]:
-    """The requests for which an operator is carried out."""
-    match operator:
-        case "goto-pickup-loc":
-            room = arguments[1]
-            return [r for r in requests if r.pickup == room and (r.user, r.item) not in facts.tray]
-        case "goto-deliver-loc":
-            bound = [r for r in requests if r.destination == arguments[1]]
-            return [r for r in bound if (r.user, r.item) in facts.tray] or bound
-        case _:
-            _, user, item = arguments
-            return [r for r in requests if (r.user, r.item) == (user, item)][:1]
-
-
-def _facts_after(step: Step, outcome: StepOutcome, facts: Facts) -> Facts:
-    room = outcome.room
-    if outcome.kind != "done" or step.operator in {GOTO_PICKUP, GOTO_DELIVER}:
-        return replace(facts, room=room)
-    thing = (step.arguments[1], step.arguments[2])
-    tray = facts.tray | {thing} if step.operator == ACQUIRE else facts.tray - {thing}
-    return Facts(room=room, tray=tray)
+def _lines(verdict: Verdict) -> list[str]:
+    """What the conversation says of what was decided."""
+    said = [f"{hold.request} is put off: {hold.reason}." for hold in verdict.holds]
+    said += [
+        f"{request.id} goes on: from {request.pickup} to {request.destination}."
+        for request in verdict.moved
+    ]
+    return [*map(trace.remark, said), ""] if said else []

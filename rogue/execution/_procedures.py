@@ -1,4 +1,4 @@
-"""How each operator of the office domain is carried out and its outcome verified.
+"""How each operator of the office domain is carried out: preconditions, action, postconditions.
 
 The words are those of Figure 6 of Haigh & Veloso (1996); the retries are those of Haigh & Veloso
 (1998), section on monitoring: three tries, then the planner is told where the robot is.
@@ -6,13 +6,19 @@ The words are those of Figure 6 of Haigh & Veloso (1996); the retries are those 
 
 from __future__ import annotations
 
-from navigate.messages import NavigateToGoal, NavigationFailure, RoomLocation, SetPosition
+from navigate.messages import (
+    NavigateToGoal,
+    NavigationFailure,
+    Position,
+    RoomLocation,
+    SetPosition,
+)
 from rogue import trace
-from rogue.execution._asking import YES, ask, typed
-from rogue.execution._effects import Locate, Part, Pause, Perform, Procedure, Tell
+from rogue.execution._asking import NO_ANSWER, YES, ask, typed
+from rogue.execution._effects import Believe, CheckTray, Locate, Part, Perform, Procedure, Tell
 from rogue.execution._patience import Patience
 from rogue.execution._verification import Verification
-from rogue.outcomes import NOTHING, Outcome, StepOutcome
+from rogue.outcomes import Outcome, StepOutcome, Thing, Trouble
 from xavier_sim.messages import Ask
 
 WHEN_FINISHED = "Please indicate on my keyboard when you are finished."
@@ -30,116 +36,188 @@ BLOCKED = frozenset(
 def go_to(room: str, patience: Patience, arrival: Verification) -> Procedure:
     """GOTO-PICKUP-LOC and GOTO-DELIVER-LOC: drive to a room and make sure that it is the one."""
     found: str | None = None
-    why = "not tried"
+    drive = Outcome()
     for _ in range(patience.tries):
-        drive = yield from _drive(room, patience)
+        drive = yield from _drive(room)
         if drive.failure in BLOCKED:
             yield from _failed("GOTO-LOCATION", room.upper())
-            return StepOutcome(kind="failed", reason=f"cannot get to {room}, {drive.reason}")
+            reason = f"cannot get to {room}, {drive.reason}"
+            return StepOutcome(kind="failed", reason=reason, trouble=Trouble.BLOCKED)
         found = yield from _arrived_at(room, drive, patience, arrival)
         if found == room:
             yield Tell(trace.completed_line("GOTO-LOCATION", room.upper()))
             yield Tell("")
             return StepOutcome(kind="done", room=room)
-        why = drive.reason if drive.failed else "unverified: this may be another place"
     yield from _failed("GOTO-LOCATION", room.upper())
     if found is not None:
         return StepOutcome(kind="elsewhere", room=found, reason=f"the robot is at {found}")
+    unsure = Trouble.UNABLE if drive.failed else Trouble.UNSURE
+    why = drive.reason if drive.failed else "unverified: this may be another place"
     reason = f"cannot get to {room} in {patience.tries} tries, {why}"
-    return StepOutcome(kind="failed", reason=reason)
+    return StepOutcome(kind="failed", reason=reason, trouble=unsure)
+
+
+def acquire(
+    room: str, thing: Thing, phrase: str, patience: Patience, arrival: Verification
+) -> Procedure:
+    """ACQUIRE-ITEM: have somebody put the item on the tray; nobody is asked for one that is there.
+
+    ``thing`` is (user, item), ``phrase`` how the robot calls it.
+    """
+    moved = yield from _moved_from(room, patience, arrival)
+    if moved is not None:
+        return moved
+    if not (yield from _is_on_tray(thing)):
+        answer = yield from _ask_placing(room, thing, phrase, patience)
+        given = not answer.failed and typed(answer) == YES
+        seen = answer.failure == NO_ANSWER and (yield from _is_on_tray(thing))
+        if not given and not seen:
+            yield from _failed("ACQUIRE-ITEM", f'"{phrase}"')
+            return _refused("acquire-item", room, answer)
+    yield Tell(trace.completed_line("ACQUIRE-ITEM", f'"{phrase}"'))
+    yield Tell("")
+    return StepOutcome(kind="done", room=room, placed=(thing,))
+
+
+def deliver(
+    room: str, thing: Thing, phrase: str, patience: Patience, arrival: Verification
+) -> Procedure:
+    """DELIVER-ITEM: have somebody take the item from the tray, if it is still there.
+
+    ``thing`` is (user, item), ``phrase`` how the robot calls it.
+    """
+    moved = yield from _moved_from(room, patience, arrival)
+    if moved is not None:
+        return moved
+    if not (yield from _is_on_tray(thing)):
+        return (yield from _missing(room, thing, phrase))
+    answer = yield from _ask_taking(room, thing, phrase, patience)
+    taken = not answer.failed and typed(answer) == YES
+    gone = not taken and not (yield from _is_on_tray(thing))
+    if taken or (gone and answer.failure == NO_ANSWER):
+        yield Tell(trace.completed_line("DELIVER-ITEM", f'"{phrase}"'))
+        yield Tell("")
+        return StepOutcome(kind="done", room=room, gone=(thing,))
+    if gone:
+        return (yield from _missing(room, thing, phrase))
+    yield from _failed("DELIVER-ITEM", f'"{phrase}"')
+    return _refused("deliver-item", room, answer)
+
+
+def _drive(room: str) -> Part[Outcome]:
+    """Navigate to the room."""
+    found = yield Locate(room)
+    if found.failed:
+        return found
+    location = RoomLocation.model_validate(found.value)
+    for line in trace.navigate_lines(location.x, location.y):
+        yield Tell(line)
+    outcome = yield Perform(NavigateToGoal(x=location.x, y=location.y))
+    word = "FAILED" if outcome.failed else "ACHIEVED"
+    yield Tell(trace.action_line("NAVIGATE-TO-GOAL", word))
+    if outcome.failed:
+        yield Tell(trace.remark(outcome.reason))
+    yield Tell("")
+    return outcome
 
 
 def _arrived_at(
     room: str, drive: Outcome, patience: Patience, arrival: Verification
 ) -> Part[str | None]:
-    """Where the robot stands after a drive; the navigator is told if it is elsewhere."""
+    """Where the robot stands after a drive; the navigator is told if it is mistaken."""
     if not drive.failed:
         yield Tell(trace.verifying_line(room))
         found = yield from arrival.place(room, patience)
+        if found == room and (not arrival.looks_again or (yield from _is_believed(room))):
+            return found
     elif drive.failure == NavigationFailure.LOST:
         found = yield from arrival.place(None, patience)
     else:
         return None
-    if found is None or (found == room and not drive.failed):
-        return found
-    position = yield Perform(SetPosition(room=found))
+    return None if found is None else (yield from _tell_navigator(found))
+
+
+def _tell_navigator(room: str) -> Part[str | None]:
+    """Tell the navigator where it is; None when its map has no such room."""
+    position = yield Perform(SetPosition(room=room))
     if position.failed:
         yield Tell(trace.remark(position.reason))
         return None
-    yield Tell(trace.remark(f"The robot is at {found.upper()}."))
+    yield Tell(trace.remark(f"The robot is at {room.upper()}."))
     yield Tell("")
-    return found
+    return room
 
 
-def _failed(action: str, *arguments: str) -> Part[None]:
-    yield Tell(trace.failed_line(action, *arguments))
-    yield Tell("")
+def _is_believed(room: str) -> Part[bool]:
+    """Whether the navigator believes to be at a room; one that does not answer may."""
+    belief = yield Believe()
+    return belief.failed or Position.model_validate(belief.value).room == room
 
 
-def acquire(room: str, user: str, item: str, phrase: str, patience: Patience) -> Procedure:
-    """ACQUIRE-ITEM: have somebody put the item on the tray."""
+def _moved_from(room: str, patience: Patience, arrival: Verification) -> Part[StepOutcome | None]:
+    """Make sure that the robot is still where it arrived; None when it is."""
+    if not arrival.looks_again or (yield from _is_believed(room)):
+        return None
+    found = yield from _arrived_at(room, Outcome(), patience, arrival)
+    if found == room:
+        return None
+    reason = f"the robot is not at {room} any more"
+    return StepOutcome(kind="failed", room=found, reason=reason, trouble=Trouble.MISTAKEN)
+
+
+def _is_on_tray(thing: Thing) -> Part[bool]:
+    tray = yield CheckTray(*thing)
+    return bool(tray.value["on_tray"])
+
+
+def _missing(room: str, thing: Thing, phrase: str) -> Part[StepOutcome]:
+    reason = f"{phrase} is not on the tray any more"
+    yield Tell(trace.remark(f"{reason}."))
+    yield from _failed("DELIVER-ITEM", f'"{phrase}"')
+    return StepOutcome(
+        kind="failed", room=room, reason=reason, trouble=Trouble.MISTAKEN, gone=(thing,)
+    )
+
+
+def _refused(action: str, room: str, answer: Outcome) -> StepOutcome:
+    """What came of a hand-over for which nobody was there, or to which somebody said no."""
+    if not answer.failed:
+        trouble, why = Trouble.IMPOSSIBLE, "impossible: the person there said so"
+    else:
+        nobody = answer.failure == NO_ANSWER
+        trouble, why = Trouble.NOBODY if nobody else Trouble.UNABLE, answer.reason
+    reason = f"{action} at {room}, {why}"
+    return StepOutcome(kind="failed", room=room, reason=reason, trouble=trouble)
+
+
+def _ask_placing(room: str, thing: Thing, phrase: str, patience: Patience) -> Part[Outcome]:
     question = Ask(
         question=f"Are you finished placing {phrase} on my tray? (y/i(mpossible))",
         choices=("y", "i"),
         about="placing",
         room=room,
-        user=user,
-        item=item,
+        user=thing[0],
+        item=thing[1],
         timeout=patience.answer_within,
     )
     request = f"Please place {phrase} on my tray."
-    return (yield from _hand_over("ACQUIRE-ITEM", request, question, phrase, patience))
+    return (yield from ask((request, WHEN_FINISHED), question, patience))
 
 
-def deliver(room: str, user: str, item: str, phrase: str, patience: Patience) -> Procedure:
-    """DELIVER-ITEM: have somebody take the item from the tray."""
+def _ask_taking(room: str, thing: Thing, phrase: str, patience: Patience) -> Part[Outcome]:
     question = Ask(
         question=f"Are you finished taking {phrase} from my tray? (y/i(mpossible))",
         choices=("y", "i"),
         about="taking",
         room=room,
-        user=user,
-        item=item,
+        user=thing[0],
+        item=thing[1],
         timeout=patience.answer_within,
     )
     request = f"Please take {phrase} from my tray."
-    return (yield from _hand_over("DELIVER-ITEM", request, question, phrase, patience))
+    return (yield from ask((request, WHEN_FINISHED), question, patience))
 
 
-def _drive(room: str, patience: Patience) -> Part[Outcome]:
-    """Navigate to the room; a blocked way is tried again for a while, it may be cleared."""
-    found = yield Locate(room)
-    if found.failed:
-        return found
-    location = RoomLocation.model_validate(found.value)
-    outcome = NOTHING
-    for number in range(patience.blocked_tries):
-        if number:
-            yield Tell(trace.remark(f"Trying again in {patience.pause:g} s."))
-            yield Pause(patience.pause)
-        for line in trace.navigate_lines(location.x, location.y):
-            yield Tell(line)
-        outcome = yield Perform(NavigateToGoal(x=location.x, y=location.y))
-        word = "FAILED" if outcome.failed else "ACHIEVED"
-        yield Tell(trace.action_line("NAVIGATE-TO-GOAL", word))
-        if outcome.failed:
-            yield Tell(trace.remark(outcome.reason))
-        yield Tell("")
-        if outcome.failure not in BLOCKED:
-            break
-    return outcome
-
-
-def _hand_over(
-    action: str, request: str, question: Ask, phrase: str, patience: Patience
-) -> Procedure:
-    answer = yield from ask((request, WHEN_FINISHED), question, patience)
-    if not answer.failed and typed(answer) == YES:
-        yield Tell(trace.completed_line(action, f'"{phrase}"'))
-        yield Tell("")
-        return StepOutcome(kind="done", room=question.room)
-    reason = answer.reason if answer.failed else "impossible: the person there said so"
-    yield from _failed(action, f'"{phrase}"')
-    return StepOutcome(
-        kind="failed", room=question.room, reason=f"{action.lower()} at {question.room}, {reason}"
-    )
+def _failed(action: str, *arguments: str) -> Part[None]:
+    yield Tell(trace.failed_line(action, *arguments))
+    yield Tell("")

@@ -7,12 +7,13 @@ import logging
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel
 
 from navigate.messages import Rooms, WhereAmI, WhereIsRoom
-from rogue.execution._effects import Believe, Locate, Look, Pause, TaskOfRobot
+from rogue.execution._effects import AT_LEISURE, Believe, Locate, Look, TaskOfRobot, Urgency
 from rogue.outcomes import Outcome
 from tca_bus import (
     BusGoneError,
@@ -22,6 +23,7 @@ from tca_bus import (
     Module,
     NoHandlerError,
     PeerLostError,
+    SendOptions,
     TaskFailedError,
     TaskHandle,
     TcaError,
@@ -38,6 +40,9 @@ MODULE_LOST = "module_lost"
 
 HANDLER_WAIT = 5.0
 """Wall seconds that central holds a task back for its handler; then it is submitted again."""
+
+SHORTEST = 1.0
+"""Seconds that a drive is given at least."""
 
 CAMERA_ABSENCE = 2.0
 """Wall seconds until a camera that does not answer is taken for none."""
@@ -69,11 +74,13 @@ class Robot(Protocol):
     async def look(self, effect: Look) -> Outcome:
         """Read the door plate."""
 
-    async def pause(self, effect: Pause) -> Outcome:
-        """Wait on the world's clock."""
-
-    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+    async def perform(
+        self, task_id: str, message: TaskOfRobot, urgency: Urgency = AT_LEISURE
+    ) -> Outcome:
         """Carry out a task under an id that names it for ever."""
+
+    async def kill(self, task_id: str, reason: str) -> None:
+        """Stop a task, wherever it is, if it was ever begun."""
 
 
 class BusRobot:
@@ -82,7 +89,6 @@ class BusRobot:
     def __init__(self, module: Module, endurance: Endurance | None = None) -> None:
         self._module = module
         self._endurance = endurance or Endurance()
-        self._running: str | None = None
 
     async def rooms(self, *, patience: float | None = None) -> dict[str, tuple[float, float]]:
         """All rooms of the map with their locations in metres.
@@ -107,38 +113,37 @@ class BusRobot:
         del effect
         return await self._ask(lambda: self._module.query(ReadPlate()), CAMERA_ABSENCE)
 
-    async def pause(self, effect: Pause) -> Outcome:
-        """Wait on the world's clock."""
-        await self._module.clock.sleep(effect.seconds)
-        return Outcome()
-
-    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+    async def perform(
+        self, task_id: str, message: TaskOfRobot, urgency: Urgency = AT_LEISURE
+    ) -> Outcome:
         """Carry out a task; begin it anew, under the next id, when its module died."""
         outcome = Outcome()
-        for attempt in range(self._endurance.lost_times + 1):
-            identity = f"{task_id}.r{attempt}" if attempt else task_id
-            outcome = await self._attempt(identity, message)
+        for identity in self._attempts(task_id):
+            outcome = await self._attempt(identity, message, urgency)
             if outcome.failure != MODULE_LOST:
                 break
             log.warning("%s lost its module, beginning it anew", identity)
         return outcome
 
-    @property
-    def running(self) -> str | None:
-        """Id of the task that is being carried out."""
-        return self._running
-
     async def kill(self, task_id: str, reason: str) -> None:
-        """Stop a task whose outcome nobody waits for any more."""
-        try:
-            await self._persist(lambda: self._module.kill(task_id, reason=reason))
-        except TcaError as error:
-            log.warning("task %s could not be stopped: %s", task_id, error)
+        """Stop a task in the tree whose outcome nobody waits for, with all its attempts."""
+        for identity in self._attempts(task_id):
+            try:
+                await self._persist(partial(self._module.kill, identity, reason=reason))
+            except HandlerFailedError:
+                return
+            except TcaError as error:
+                log.warning("task %s could not be stopped: %s", identity, error)
+                return
 
-    async def _attempt(self, task_id: str, message: TaskOfRobot) -> Outcome:
-        self._running = task_id
+    def _attempts(self, task_id: str) -> list[str]:
+        """The ids under which a task is begun, one after the other."""
+        again = range(1, self._endurance.lost_times + 1)
+        return [task_id, *(f"{task_id}.r{number}" for number in again)]
+
+    async def _attempt(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:
         try:
-            handle = await self._persist(lambda: self._submit(task_id, message))
+            handle = await self._persist(lambda: self._submit(task_id, message, urgency))
             result = await handle.result()
         except TaskFailedError as error:
             return Outcome(failure=error.failure.name, text=error.failure.text)
@@ -146,14 +151,18 @@ class BusRobot:
             return Outcome(failure="killed", text=str(error))
         except TcaError as error:
             return Outcome(failure=_name(error), text=str(error))
-        finally:
-            self._running = None
         return Outcome(value=_plain(result))
 
-    async def _submit(self, task_id: str, message: TaskOfRobot) -> TaskHandle[Any]:
-        if isinstance(message, Goal):
-            return await self._module.expand(message, id=task_id, wait_for_handler=HANDLER_WAIT)
-        return await self._module.execute(message, id=task_id, wait_for_handler=HANDLER_WAIT)
+    async def _submit(
+        self, task_id: str, message: TaskOfRobot, urgency: Urgency
+    ) -> TaskHandle[Any]:
+        options = SendOptions(id=task_id, wait_for_handler=HANDLER_WAIT, priority=urgency.priority)
+        if not isinstance(message, Goal):
+            return await self._module.execute(message, **options)
+        if urgency.deadline is not None:
+            # Should the agent be dead by then, the drive ends all the same.
+            options["within"] = max(urgency.deadline - self._module.clock.now(), SHORTEST)
+        return await self._module.expand(message, **options)
 
     async def _ask(
         self, query: Callable[[], Awaitable[BaseModel]], patience: float | None = None

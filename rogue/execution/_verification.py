@@ -21,11 +21,13 @@ class Verification:
 
     Any object with the method of `Layer` may stand in ``layers``. Layers are taken to err
     independently of each other, so their order does not matter to what is found, only to what
-    it costs.
+    it costs. With ``looks_again`` the robot also asks itself whether it is still there before
+    anything is handed over.
     """
 
     layers: Sequence[Layer]
     sure: float = SURE
+    looks_again: bool = True
 
     def place(self, room: str | None, patience: Patience) -> Part[str | None]:
         """The room at which the robot stands, None when no layer could make sure of one.
@@ -62,7 +64,7 @@ def layered(
 
 def as_published() -> Verification:
     """Always ask a person, as in Figure 6; the navigator is believed where nobody answers."""
-    return Verification((Bystander(), NavigatorBelief()), sure=0.9)
+    return Verification((Bystander(), NavigatorBelief()), sure=0.9, looks_again=False)
 
 
 def _tell(known: Whereabouts) -> Part[None]:

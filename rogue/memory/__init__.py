@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from rogue.memory._database import Database
 from rogue.memory._facts import Facts
-from rogue.memory._steps import Step
+from rogue.memory._holds import Hold
+from rogue.memory._steps import PastStep, Step
 from rogue.memory._store import FILE_NAME, Store
 
 __all__ = [
     "FILE_NAME",
     "Database",
     "Facts",
+    "Hold",
+    "PastStep",
     "Step",
     "Store",
 ]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import aiosqlite
 
 from rogue.memory._database import Database
+from rogue.outcomes import Thing
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +17,13 @@ class Facts:
     """What is known of the world: the robot's room, and (user, item) of what is on the tray."""
 
     room: str | None = None
-    tray: frozenset[tuple[str, str]] = field(default_factory=frozenset)
+    tray: frozenset[Thing] = field(default_factory=frozenset)
+
+    def changed(
+        self, *, room: str | None, placed: Iterable[Thing] = (), gone: Iterable[Thing] = ()
+    ) -> Facts:
+        """The facts once the robot is in ``room`` and things have come and gone."""
+        return Facts(room, (self.tray | set(placed)) - set(gone))
 
 
 class KeptFacts:
@@ -30,11 +38,30 @@ class KeptFacts:
         tray = (json.loads(subject) for kind, subject in rows if kind == "tray")
         return Facts(rooms[0] if rooms else None, frozenset((user, item) for user, item in tray))
 
+    async def move_things(
+        self, *, placed: Iterable[Thing] = (), gone: Iterable[Thing] = ()
+    ) -> None:
+        """Keep that things were put on the tray or taken from it, whoever did it."""
+        async with self._base.transaction() as link:
+            await write_things(link, placed, gone)
 
-async def write_facts(link: aiosqlite.Connection, facts: Facts) -> None:
-    """Put ``facts`` in the place of what was known before."""
-    await link.execute("DELETE FROM facts")
-    known = [("tray", json.dumps(pair)) for pair in sorted(facts.tray)]
-    if facts.room is not None:
-        known.append(("robot", facts.room))
-    await link.executemany("INSERT INTO facts (kind, subject) VALUES (?, ?)", known)
+
+async def write_room(link: aiosqlite.Connection, room: str | None) -> None:
+    """Write where the robot is."""
+    await link.execute("DELETE FROM facts WHERE kind = 'robot'")
+    if room is not None:
+        await link.execute("INSERT INTO facts (kind, subject) VALUES ('robot', ?)", (room,))
+
+
+async def write_things(
+    link: aiosqlite.Connection, placed: Iterable[Thing], gone: Iterable[Thing]
+) -> None:
+    """Write what came to the tray and what left it."""
+    await link.executemany(
+        "INSERT OR IGNORE INTO facts (kind, subject) VALUES ('tray', ?)",
+        [(json.dumps(thing),) for thing in placed],
+    )
+    await link.executemany(
+        "DELETE FROM facts WHERE kind = 'tray' AND subject = ?",
+        [(json.dumps(thing),) for thing in gone],
+    )

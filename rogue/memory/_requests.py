@@ -122,6 +122,24 @@ async def write_change(
     return changed
 
 
+async def write_course(link: aiosqlite.Connection, request: DeliveryRequest, time: float) -> None:
+    """Write where an open request goes on, unless it was decided already how it closes."""
+    closing = request.closing
+    cursor = await link.execute(
+        'UPDATE requests SET pickup = ?, deliver = ?, "then" = ?, closing = ? '
+        "WHERE id = ? AND closing IS NULL",
+        (
+            request.pickup,
+            request.deliver,
+            request.then,
+            closing.model_dump_json() if closing else None,
+            request.id,
+        ),
+    )
+    if closing is not None and cursor.rowcount > 0:
+        await write_note(link, request.id, time, closing.reason)
+
+
 async def write_note(link: aiosqlite.Connection, request_id: str, time: float, text: str) -> None:
     """Write a sentence on a request."""
     await link.execute(

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rogue.memory._database import Database, Row
-from rogue.memory._facts import Facts, write_facts
-from rogue.memory._requests import write_change
+from rogue.memory._facts import write_room, write_things
+from rogue.memory._holds import Hold, write_holds
+from rogue.memory._requests import write_change, write_course, write_note
 from rogue.messages import DeliveryRequest, StepView
 from rogue.outcomes import Outcome, StepOutcome
 
@@ -21,6 +22,15 @@ class Step:
     operator: str
     arguments: tuple[str, ...]
     requests: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PastStep:
+    """A step that has ended, and what came of it."""
+
+    operator: str
+    arguments: tuple[str, ...]
+    outcome: StepOutcome
 
 
 class KeptSteps:
@@ -67,23 +77,32 @@ class KeptSteps:
         self,
         step: Step,
         outcome: StepOutcome,
-        facts: Facts,
         time: float,
         *,
         changed: Iterable[DeliveryRequest] = (),
+        holds: Iterable[Hold] = (),
     ) -> list[DeliveryRequest]:
         """Close a step together with what it changed in the world and for the requests.
 
-        Gives those of ``changed`` that had not ended already, by somebody else's hand.
+        ``holds`` are the errands that are put off for it. Gives those of ``changed`` that had
+        not ended already, by somebody else's hand.
         """
+        holds = list(holds)
         async with self._base.transaction() as link:
             await link.execute(
                 "UPDATE steps SET state = ?, outcome = ?, ended = ? WHERE number = ?",
                 (outcome.kind, outcome.model_dump_json(), time, step.number),
             )
             await link.execute("DELETE FROM outcomes WHERE step = ?", (step.number,))
-            await write_facts(link, facts)
-            return [r for r in changed if await write_change(link, r, r.reason)]
+            await write_room(link, outcome.room)
+            await write_things(link, outcome.placed, outcome.gone)
+            await write_holds(link, holds)
+            for hold in holds:
+                await write_note(link, hold.request, time, f"it was put off, {hold.reason}")
+            written = [r for r in changed if await write_change(link, r, r.reason)]
+            for request in written:
+                await write_course(link, request, time)
+            return written
 
     async def steps_of(self, request_id: str) -> list[StepView]:
         """What was carried out for a request."""
@@ -93,6 +112,21 @@ class KeptSteps:
             request_id,
         )
         return [_view(row) for row in rows]
+
+    async def past_of(self, request_id: str) -> list[PastStep]:
+        """The steps that were ended for a request, the oldest first, and what came of each."""
+        rows = await self._base.rows(
+            "SELECT operator, arguments, outcome FROM served JOIN steps "
+            "ON steps.number = served.step "
+            "WHERE served.request = ? AND outcome IS NOT NULL ORDER BY number",
+            request_id,
+        )
+        return [
+            PastStep(
+                str(operator), tuple(json.loads(args)), StepOutcome.model_validate_json(outcome)
+            )
+            for operator, args, outcome in rows
+        ]
 
     async def keep_outcome(self, step: Step, position: int, outcome: Outcome) -> None:
         """Keep what came of effect number ``position`` of an open step."""

@@ -8,6 +8,7 @@ from typing import Self
 
 from rogue.memory._database import Database
 from rogue.memory._decisions import KeptDecisions
+from rogue.memory._holds import KeptHolds
 from rogue.memory._lines import KeptLines
 from rogue.memory._people import KeptPeople
 from rogue.memory._withdrawals import Withdrawals
@@ -15,7 +16,7 @@ from rogue.memory._withdrawals import Withdrawals
 FILE_NAME = "rogue.db"
 
 
-class Store(Withdrawals, KeptLines, KeptDecisions, KeptPeople):
+class Store(Withdrawals, KeptHolds, KeptLines, KeptDecisions, KeptPeople):
     """The agent's memory in ``folder``/rogue.db; an async context manager.
 
     Every method that writes has written, for good, when it returns; but for ``record``, which

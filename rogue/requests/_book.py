@@ -85,6 +85,22 @@ class RequestBook:
             reason = f"{reason}; {phrase} is still on the tray"
         return done.model_copy(update={"reason": reason})
 
+    def as_given_up(
+        self, request: DeliveryRequest, state: RequestState, reason: str, facts: Facts
+    ) -> DeliveryRequest:
+        """The request as it is once the robot has given up on it.
+
+        An item that is on the tray goes back first, unless even that was tried in vain.
+        """
+        closing = Closing(state=state, reason=reason, since=self._module.clock.now())
+        waits = closes(request, closing, "back", facts, None) if request.closing is None else None
+        return waits or self.as_ended(request, state, reason, facts)
+
+    def as_put_off(self, request: DeliveryRequest) -> DeliveryRequest:
+        """The request as it is while it waits for a better time."""
+        begun = request.state is RequestState.UNDERWAY
+        return request.model_copy(update={"state": RequestState.SUSPENDED}) if begun else request
+
     async def end(self, request: DeliveryRequest, state: RequestState, reason: str) -> bool:
         """End an open request from outside of a step; says whether it was still open."""
         ended = self.as_ended(request, state, reason, await self._store.facts())
@@ -117,7 +133,11 @@ class RequestBook:
             await self._take_over(request)
         else:
             # What came in meanwhile stands: that it closes, what is feared for it.
-            await self._take_over(known.model_copy(update={"state": request.state}))
+            fields: dict[str, object] = {"state": request.state}
+            if known.closing is None:
+                fields |= {"closing": request.closing, "then": request.then}
+                fields |= {"pickup": request.pickup, "deliver": request.deliver}
+            await self._take_over(known.model_copy(update=fields))
 
     async def _take_over(self, request: DeliveryRequest) -> None:
         if request.state.is_final:

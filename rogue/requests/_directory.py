@@ -86,6 +86,13 @@ class Directory:
         entry = self.item(item)
         return (entry.start if end == "pickup" else entry.end) == USER
 
+    def other_rooms(self, user: str, room: str) -> tuple[str, ...]:
+        """Where else a user may be found who is not in ``room``; none if it is not theirs."""
+        person = self.people.get(user)
+        rooms = (person.room, *person.also) if person else ()
+        others = (other for other in rooms if other is not None and other != room)
+        return tuple(others) if room in rooms else ()
+
     def rank(self, user: str, item: str) -> int:
         """PersonRank + TaskRank, the priority metric of Haigh & Veloso (1996), section 4."""
         return self.person(user).rank + self.item(item).rank

@@ -25,7 +25,8 @@ class Person(_Entry):
     """Somebody; ``rank`` is PersonRank, the position in the department.
 
     ``room`` is where they sit; without one, their finger server or they themselves are asked.
-    ``finger`` is the address ``login@host`` or ``login@host:port`` of an account of theirs.
+    ``finger`` is the address ``login@host`` or ``login@host:port`` of an account of theirs,
+    ``also`` are other rooms in which they may be found, the likeliest first.
     """
 
     name: str = Field(min_length=1)
@@ -33,6 +34,7 @@ class Person(_Entry):
     rank: int = Field(ge=0)
     title: str = ""
     finger: str | None = None
+    also: tuple[str, ...] = ()
 
     @field_validator("finger")
     @classmethod

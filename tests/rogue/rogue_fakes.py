@@ -10,14 +10,15 @@ from navigate.messages import NavigateToGoal, SetPosition
 from rogue.conversation import Conversation
 from rogue.execution import (
     Believe,
+    CheckTray,
     Effect,
     Locate,
     Look,
-    Pause,
     Perform,
     Procedure,
     TaskOfRobot,
     Tell,
+    Urgency,
 )
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
@@ -64,7 +65,8 @@ class ScriptedRobot:
     plates: list[Outcome] = field(default_factory=list)
     performed: list[TaskOfRobot] = field(default_factory=list)
     ids: list[str] = field(default_factory=list)
-    pauses: list[float] = field(default_factory=list)
+    urgencies: list[Urgency] = field(default_factory=list)
+    tray: set[tuple[str, str]] = field(default_factory=set)
     running: str | None = None
     killed: list[str] = field(default_factory=list)
 
@@ -80,9 +82,8 @@ class ScriptedRobot:
                 return self.belief or position(self.arrived, 0.99)
             case Look():
                 return self.plates.pop(0) if self.plates else failed("no_handler")
-            case Pause(seconds):
-                self.pauses.append(seconds)
-                return Outcome()
+            case CheckTray(user, item):
+                return Outcome(value={"on_tray": (user, item) in self.tray})
             case Perform(message):
                 return self.act(message)
             case Tell():
@@ -117,10 +118,8 @@ class ScriptedRobot:
     async def look(self, effect: Look) -> Outcome:
         return self.outcome(effect)
 
-    async def pause(self, effect: Pause) -> Outcome:
-        return self.outcome(effect)
-
-    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+    async def perform(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:
+        self.urgencies.append(urgency)
         self.ids.append(task_id)
         return self.act(message)
 
@@ -178,7 +177,7 @@ class HangingRobot(ScriptedRobot):
         super().__init__()
         self.driving = asyncio.Event()
 
-    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+    async def perform(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:
         self.running = task_id
         self.driving.set()
         await asyncio.get_running_loop().create_future()

@@ -42,8 +42,16 @@ class Scene:
             changed = [self.book.as_ended(request, RequestState.COMPLETED, None, facts)]
         elif kind == "failed":
             changed = [self.book.as_ended(request, RequestState.FAILED, "nobody there", facts)]
-        outcome = StepOutcome.model_validate({"kind": kind})
-        for one in await self.store.end_step(step, outcome, facts, 2.0, changed=changed):
+        gone = await self.store.facts()
+        outcome = StepOutcome.model_validate(
+            {
+                "kind": kind,
+                "room": facts.room,
+                "placed": facts.tray,
+                "gone": gone.tray - facts.tray,
+            }
+        )
+        for one in await self.store.end_step(step, outcome, 2.0, changed=changed):
             await self.book.took_effect(one)
 
     async def acquired(self) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from rogue_fakes import PLACES, FakeModule, ScriptedRobot, failed, make_request, typed
+from rogue_fakes import NO_ANSWER, PLACES, FakeModule, ScriptedRobot, failed, make_request, typed
 
 from navigate.messages import NavigateToGoal
 from rogue import trace
@@ -17,13 +17,22 @@ from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
 from rogue.episode import Episode
 from rogue.errands import Agenda
-from rogue.execution import Executor, Patience, StepRunner, TaskOfRobot, as_published
+from rogue.execution import (
+    Executor,
+    KnownWorld,
+    Patience,
+    StepRunner,
+    TaskOfRobot,
+    Urgency,
+    as_published,
+)
 from rogue.explain import DecisionKind, Rival
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome
 from rogue.planning import Rules
 from rogue.requests import RequestBook, load_directory
+from tca_bus.testing import ManualClock
 
 HERE = Path(__file__).parent
 FAX = {"user": "jhm", "item": "deliverfax", "pickup": "r-5311", "rank": 8}
@@ -36,12 +45,12 @@ class EventfulRobot(ScriptedRobot):
 
     events: dict[int, Callable[[], object]] = field(default_factory=dict)
 
-    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+    async def perform(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:
         if isinstance(message, NavigateToGoal):
             event = self.events.pop(self.count(NavigateToGoal), None)
             if event is not None:
                 await event()
-        return await super().perform(task_id, message)
+        return await super().perform(task_id, message, urgency)
 
 
 @dataclass
@@ -50,12 +59,18 @@ class Scene:
     book: RequestBook
     robot: EventfulRobot
     episode: Callable[[Rules], Episode]
+    world: KnownWorld
+    clock: ManualClock
 
     async def play(self, rules: Rules, *requests: DeliveryRequest) -> list[str]:
         """Run episodes until nothing is open; gives the lines."""
         for request in requests:
             await self.book.add(request, None)
-        while self.book.open_requests():
+        while names := [request.id for request in self.book.open_requests()]:
+            if all(map(self.world.is_held, names)):
+                due = self.world.next_due(names)
+                assert due is not None
+                await self.clock.advance(due - self.clock.now())
             await self.episode(rules).run()
         return [line.text for line in await self.store.lines(0, 10_000)]
 
@@ -69,17 +84,19 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
         module, robot, directory = FakeModule(), EventfulRobot(), load_directory()
         book = RequestBook(module, store, directory)
         conversation = Conversation(module, store)
+        world = KnownWorld(store, module)
+        await world.load()
         executor = Executor(
             module=module,
             store=store,
             book=book,
+            world=world,
             directory=directory,
-            robot=robot,
             runner=StepRunner(robot, store, "cafe", conversation.tell_step),
             patience=Patience(),
             arrival=as_published(),
         )
-        book.on_change = executor.requests_changed
+        book.on_change = world.on_change = executor.reconsider
 
         told: set[str] = set()
         distances = Distances(module)
@@ -99,7 +116,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 told=told,
             )
 
-        yield Scene(store, book, robot, episode)
+        yield Scene(store, book, robot, episode, world, module.clock)
 
 
 def nodes(lines: list[str]) -> list[str]:
@@ -141,7 +158,41 @@ async def test_a_failure_of_the_only_request_achieves_nothing(scene: Scene):
     lines = await scene.play(Rules.WORKING, make_request())
     assert await scene.states() == {"a": "failed"}
     assert trace.ACHIEVED not in lines
-    assert scene.robot.count(NavigateToGoal) == Patience().blocked_tries
+    assert scene.robot.count(NavigateToGoal) == 1 + Patience().returns
+    reason = (await scene.store.requests())[0].reason
+    assert reason == "cannot get to r-5303, door_blocked: it was door_blocked, 3 times"
+
+
+async def test_what_is_put_off_comes_after_the_rest(scene: Scene):
+    scene.robot.drives = [failed("door_blocked")]
+    await scene.play(Rules.WORKING, make_request(), make_request("b", **FAX))
+    assert await scene.states() == {"a": "completed", "b": "completed"}
+    finished = sorted(request.finished or 0.0 for request in await scene.store.requests())
+    assert finished == [1000.0, 1000.0 + Patience().later]
+
+
+async def test_where_nobody_answers_the_robot_comes_back_later(scene: Scene):
+    scene.robot.answers = [typed("y"), *[NO_ANSWER] * Patience().asks]
+    lines = await scene.play(Rules.NONE, make_request())
+    assert await scene.states() == {"a": "completed"}
+    assert sum("a is put off: acquire-item at r-5303, no_answer" in line for line in lines) == 1
+    steps = [step.operator.split()[0] for step in await scene.store.steps_of("a")]
+    assert steps == ["goto-pickup-loc", *["acquire-item"] * 2, "goto-deliver-loc", "deliver-item"]
+
+
+async def test_an_item_taken_on_the_way_is_fetched_again(scene: Scene):
+    taken = ("mitchell", "delivermail")
+    scene.robot.events[1] = lambda: scene.world.move_things(gone=[taken])
+    await scene.play(Rules.WORKING, make_request())
+    assert await scene.states() == {"a": "completed"}
+    steps = [(s.operator.split()[0], s.state) for s in await scene.store.steps_of("a")]
+    assert steps[2] == ("goto-deliver-loc", "failed")
+    assert [name for name, _ in steps[3:]] == [
+        "goto-pickup-loc",
+        "acquire-item",
+        "goto-deliver-loc",
+        "deliver-item",
+    ]
 
 
 async def test_a_cancellation_under_way_drops_the_goal(scene: Scene):

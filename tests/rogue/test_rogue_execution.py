@@ -10,11 +10,12 @@ from rogue_fakes import FakeModule, HangingRobot, ScriptedRobot, failed, make_re
 
 from navigate.messages import NavigateToGoal
 from rogue.conversation import Conversation
-from rogue.execution import Executor, Patience, StepRunner, as_published
+from rogue.execution import Executor, KnownWorld, Patience, StepRunner, as_published
 from rogue.memory import Facts, Store
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
-from rogue.outcomes import StepOutcome
+from rogue.outcomes import StepOutcome, Trouble
 from rogue.requests import RequestBook, load_directory
+from rogue.times import show_time
 
 MAIL = ("mitchell", "delivermail")
 
@@ -42,17 +43,19 @@ async def scene(store: Store, robot: ScriptedRobot | None = None) -> Scene:
     directory = load_directory()
     book = RequestBook(module, store, directory)
     runner = StepRunner(robot, store, "cafe", Conversation(module, store).tell_step)
+    world = KnownWorld(store, module)
+    await world.load()
     executor = Executor(
         module=module,
         store=store,
         book=book,
+        world=world,
         directory=directory,
-        robot=robot,
         runner=runner,
         patience=Patience(),
         arrival=as_published(),
     )
-    book.on_change = executor.requests_changed
+    book.on_change = world.on_change = executor.reconsider
     await book.load()
     return Scene(store, module, book, executor, robot)
 
@@ -81,29 +84,72 @@ async def test_a_whole_errand_leaves_the_right_facts(store: Store):
     assert states == ["queued", "underway", "completed"]
 
 
-async def test_a_failed_step_takes_its_requests_with_it_and_names_the_tray(store: Store):
+async def test_what_cannot_be_delivered_goes_back_before_it_has_failed(store: Store):
     at = await scene(store, ScriptedRobot(answers=[typed("y"), typed("i")]))
     await at.book.add(make_request(), None)
     await at.book.add(make_request("b", user="jhm", item="deliverfax"), None)
     await at.execute("acquire-item", ["r-5303", *MAIL])
     await at.execute("deliver-item", ["r-5313", *MAIL])
+    closing = await at.request("a")
+    assert (closing.state, closing.destination) == (RequestState.UNDERWAY, "r-5303")
+    await at.execute("deliver-item", ["r-5303", *MAIL])
     ended = await at.request("a")
     assert ended.state is RequestState.FAILED
     assert ended.reason == (
-        "deliver-item at r-5313, impossible: the person there said so; "
-        "Tom Mitchell's mail delivery is still on the tray"
+        "deliver-item at r-5313, impossible: the person there said so; the item is back in r-5303"
     )
     assert (await at.request("b")).state is RequestState.QUEUED
 
 
-async def test_a_blocked_door_fails_all_who_need_that_room(store: Store):
-    at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")] * 9))
+async def test_what_cannot_even_go_back_is_said_to_be_on_the_tray(store: Store):
+    at = await scene(store, ScriptedRobot(answers=[typed("y"), typed("i"), typed("i")]))
     await at.book.add(make_request(), None)
-    await at.book.add(make_request("b", user="jhm", item="deliverfax", pickup="r-5311"), None)
-    await at.book.add(make_request("c", user="veloso", deliver="r-5309"), None)
-    await at.execute("goto-deliver-loc", ["mitchell", "r-5313"])
-    states = [(await at.request(name)).state.value for name in "abc"]
-    assert states == ["failed", "failed", "queued"]
+    await at.execute("acquire-item", ["r-5303", *MAIL])
+    await at.execute("deliver-item", ["r-5313", *MAIL])
+    await at.execute("deliver-item", ["r-5303", *MAIL])
+    ended = await at.request("a")
+    assert ended.state is RequestState.FAILED
+    assert ended.reason is not None
+    assert ended.reason.endswith("; Tom Mitchell's mail delivery is still on the tray")
+
+
+async def test_a_blocked_door_puts_off_all_who_need_that_room_next(store: Store):
+    at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")]))
+    await at.book.add(make_request(), None)
+    await at.book.add(make_request("b", user="jhm", item="deliverfax", pickup="r-5303"), None)
+    await at.book.add(make_request("c", user="veloso", pickup="r-5309"), None)
+    await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    assert [at.executor.world.is_held(name) for name in "abc"] == [True, True, False]
+    assert (await at.request("a")).state is RequestState.SUSPENDED
+    assert at.executor.world.next_due("abc") == 1000.0 + Patience().later
+    notes = [text for _, text in await store.notes("a")]
+    assert notes == [
+        "it was put off, cannot get to r-5303, door_blocked: it was door_blocked; "
+        "trying again after " + show_time(1600.0)
+    ]
+
+
+async def test_what_is_put_off_is_still_so_after_a_restart(tmp_path: Path):
+    async with Store(tmp_path) as store:
+        at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")]))
+        await at.book.add(make_request(), None)
+        await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    async with Store(tmp_path) as store:
+        at = await scene(store)
+        assert at.executor.world.is_held("a")
+        await at.module.clock.advance(Patience().later)
+        assert not at.executor.world.is_held("a")
+
+
+async def test_what_is_put_off_is_taken_up_when_its_room_is_open(store: Store):
+    at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")]))
+    await at.book.add(make_request(), None)
+    await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    await at.executor.world.take_up("r-5305")
+    assert at.executor.world.is_held("a")
+    await at.executor.world.take_up("r-5303")
+    assert not at.executor.world.is_held("a")
+    assert await store.holds() == []
 
 
 async def test_an_operator_that_serves_nobody_moves_nothing(store: Store):
@@ -114,7 +160,7 @@ async def test_an_operator_that_serves_nobody_moves_nothing(store: Store):
     assert await store.open_step() is None
 
 
-async def test_three_drives_that_end_elsewhere_are_enough(store: Store):
+async def test_three_arrivals_elsewhere_are_enough(store: Store):
     at = await scene(store, ScriptedRobot(answers=[typed("n"), typed("r-5305")] * 9))
     await at.book.add(make_request(), None)
     for kind in ("elsewhere", "elsewhere", "elsewhere"):
@@ -135,10 +181,42 @@ async def test_a_drive_that_nobody_wants_any_more_is_broken_off(store: Store):
     assert request is not None
     await at.book.end(request, RequestState.CANCELED, "not needed")
     assert (await drive).kind == "failed"
-    await asyncio.gather(*at.module.tasks)
     assert robot.killed == [robot.running]
     assert (await at.request("a")).state is RequestState.CANCELED
     assert await store.facts() == Facts(None)
+
+
+async def test_a_drive_with_an_item_that_was_taken_on_the_way_is_broken_off(store: Store):
+    at = await scene(store)
+    await at.book.add(make_request(), None)
+    await at.execute("acquire-item", ["r-5303", *MAIL])
+    robot = HangingRobot()
+    at = await scene(store, robot)
+    drive = asyncio.create_task(at.execute("goto-deliver-loc", ["mitchell", "r-5313"]))
+    await robot.driving.wait()
+    await at.executor.world.move_things(gone=[MAIL])
+    assert (await drive).trouble is Trouble.UNWANTED
+    assert robot.killed == [robot.running]
+    assert (await at.request("a")).state is RequestState.UNDERWAY
+    assert await store.facts() == Facts(None)
+
+
+async def test_a_drive_that_nobody_wants_after_a_restart_is_killed_in_the_tree(tmp_path: Path):
+    async with Store(tmp_path) as store:
+        robot = HangingRobot()
+        at = await scene(store, robot)
+        await at.book.add(make_request(), None)
+        drive = asyncio.create_task(at.execute("goto-pickup-loc", ["mitchell", "r-5303"]))
+        await robot.driving.wait()
+        drive.cancel()
+        await asyncio.gather(drive, return_exceptions=True)
+    async with Store(tmp_path) as store:
+        at = await scene(store)
+        await at.book.end(make_request(), RequestState.CANCELED, "not needed")
+        await at.executor.resume()
+        assert at.robot.killed == [robot.running]
+        assert at.robot.performed == []
+        assert await store.open_step() is None
 
 
 async def test_a_step_that_was_open_at_the_end_is_ended_at_the_beginning(tmp_path: Path):

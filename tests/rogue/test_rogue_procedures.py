@@ -4,12 +4,14 @@ import pytest
 from rogue_fakes import NO_ANSWER, ScriptedRobot, failed, play, position, typed
 
 from navigate.messages import NavigateToGoal, SetPosition
-from rogue.execution import Patience, acquire, as_published, deliver, go_to
+from rogue.execution import Patience, Perform, acquire, as_published, deliver, go_to, layered
+from rogue.outcomes import Trouble
 from rogue.trace import say_line
 from xavier_sim.messages import Ask, Say
 
 PATIENCE = Patience()
 ASKING = as_published()
+THING = ("mitchell", "delivermail")
 MAIL = "Tom Mitchell's mail delivery"
 
 GOTO_LINES = """\
@@ -67,22 +69,14 @@ def test_with_nobody_there_a_navigator_that_is_sure_is_believed(room, confidence
         assert robot.count(Ask) == PATIENCE.asks
 
 
-def test_a_door_that_is_opened_in_time_lets_it_pass():
-    robot = ScriptedRobot(drives=[failed("door_blocked"), failed("door_blocked")])
-    outcome, lines = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
-    assert outcome.kind == "done"
-    assert robot.pauses == [PATIENCE.pause] * 2
-    assert lines.count("          Action NAVIGATE-TO-GOAL-FAILED finished.") == 2
-
-
 @pytest.mark.parametrize("reason", ["door_blocked", "corridor_blocked", "no_route"])
-def test_a_way_that_stays_blocked_is_the_reason(reason):
+def test_a_blocked_way_is_left_to_the_planner_at_once(reason):
     robot = ScriptedRobot(drives=[failed(reason)] * 99)
     outcome, _ = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
-    assert outcome.kind == "failed"
+    assert (outcome.kind, outcome.trouble) == ("failed", Trouble.BLOCKED)
     assert outcome.reason is not None
     assert f"cannot get to r-5313, {reason}" in outcome.reason
-    assert robot.count(NavigateToGoal) == PATIENCE.blocked_tries
+    assert robot.count(NavigateToGoal) == 1
     assert robot.count(Ask) == 0
 
 
@@ -101,9 +95,7 @@ def test_a_drive_that_failed_where_the_navigator_knows_its_place_is_driven_again
 
 
 def test_acquire_prints_what_figure_6_prints():
-    outcome, lines = play(
-        acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), ScriptedRobot().outcome
-    )
+    outcome, lines = play(acquire("r-5303", THING, MAIL, PATIENCE, ASKING), ScriptedRobot().outcome)
     assert lines == [
         f'          SENDING COMMAND (TCAEXECUTECOMMAND "C_say" "Please place {MAIL} on my tray.")',
         say_line("Please indicate on my keyboard when you are finished."),
@@ -116,10 +108,8 @@ def test_acquire_prints_what_figure_6_prints():
 
 
 def test_impossible_fails_with_that_reason():
-    robot = ScriptedRobot(answers=[typed("i")])
-    outcome, lines = play(
-        deliver("r-5313", "mitchell", "delivermail", MAIL, PATIENCE), robot.outcome
-    )
+    robot = ScriptedRobot(answers=[typed("i")], tray={THING})
+    outcome, lines = play(deliver("r-5313", THING, MAIL, PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "failed"
     assert outcome.reason == "deliver-item at r-5313, impossible: the person there said so"
     assert f"Are you finished taking {MAIL} from my tray? (y/i(mpossible)): i" in lines
@@ -127,7 +117,7 @@ def test_impossible_fails_with_that_reason():
 
 def test_an_unanswered_question_is_asked_three_times():
     robot = ScriptedRobot(answers=[NO_ANSWER] * 99)
-    outcome, _ = play(acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), robot.outcome)
+    outcome, _ = play(acquire("r-5303", THING, MAIL, PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "failed"
     assert "no_answer: nobody answered" in (outcome.reason or "")
     assert (robot.count(Ask), robot.count(Say)) == (3, 6)
@@ -135,5 +125,39 @@ def test_an_unanswered_question_is_asked_three_times():
 
 def test_an_answer_at_the_second_try_will_do():
     robot = ScriptedRobot(answers=[NO_ANSWER, typed("y")])
-    outcome, _ = play(acquire("r-5303", "mitchell", "delivermail", MAIL, PATIENCE), robot.outcome)
+    outcome, _ = play(acquire("r-5303", THING, MAIL, PATIENCE, ASKING), robot.outcome)
+    assert outcome.kind == "done"
+
+
+def test_what_is_on_the_tray_already_is_not_asked_for():
+    robot = ScriptedRobot(tray={THING})
+    outcome, _ = play(acquire("r-5303", THING, MAIL, PATIENCE, ASKING), robot.outcome)
+    assert (outcome.kind, outcome.placed) == ("done", (THING,))
+    assert robot.count(Ask) == 0
+
+
+def test_an_item_that_is_gone_is_not_delivered():
+    robot = ScriptedRobot()
+    outcome, _ = play(deliver("r-5313", THING, MAIL, PATIENCE, ASKING), robot.outcome)
+    assert (outcome.kind, outcome.trouble) == ("failed", Trouble.MISTAKEN)
+    assert outcome.gone == (THING,)
+    assert robot.count(Ask) == 0
+
+
+def test_a_robot_that_was_moved_notices_before_it_hands_anything_over():
+    robot = ScriptedRobot(belief=position("r-5305", 0.99), tray={THING})
+    outcome, _ = play(deliver("r-5313", THING, MAIL, PATIENCE, layered()), robot.outcome)
+    assert (outcome.trouble, outcome.room) == (Trouble.MISTAKEN, "r-5305")
+    assert robot.performed == [SetPosition(room="r-5305")]
+
+
+def test_an_item_that_was_put_there_without_a_word_is_there():
+    class Silent(ScriptedRobot):
+        def outcome(self, effect):
+            if isinstance(effect, Perform) and isinstance(effect.message, Ask):
+                self.tray.add(THING)
+            return super().outcome(effect)
+
+    robot = Silent(answers=[NO_ANSWER] * 99)
+    outcome, _ = play(acquire("r-5303", THING, MAIL, PATIENCE, ASKING), robot.outcome)
     assert outcome.kind == "done"

@@ -6,7 +6,7 @@ import pytest
 from rogue_fakes import FakeModule
 
 from navigate.messages import NavigateToGoal, RoomLocation
-from rogue.execution import BusRobot, Endurance, Locate
+from rogue.execution import BusRobot, Endurance, Locate, Urgency
 from tca_bus import (
     BusGoneError,
     Failure,
@@ -40,17 +40,23 @@ class ScriptedModule(FakeModule):
         super().__init__()
         self.script = list(script)
         self.submitted: list[tuple[str, str]] = []
+        self.killed: list[str] = []
 
-    async def execute(self, message: object, *, id: str, wait_for_handler: float) -> Handle:
-        return self._submit("execute", id)
+    async def execute(self, message: object, *, id: str, **options: object) -> Handle:
+        return self._submit("execute", id, options)
 
-    async def expand(self, message: object, *, id: str, wait_for_handler: float) -> Handle:
-        return self._submit("expand", id)
+    async def expand(self, message: object, *, id: str, **options: object) -> Handle:
+        return self._submit("expand", id, options)
 
     async def query(self, message: object) -> object:
         return self._next()
 
-    def _submit(self, how: str, task_id: str) -> Handle:
+    async def kill(self, task_id: str, *, reason: str) -> object:
+        self.killed.append(task_id)
+        return self._next()
+
+    def _submit(self, how: str, task_id: str, options: dict[str, object]) -> Handle:
+        self.options = options
         self.submitted.append((how, task_id))
         return self._next()
 
@@ -71,6 +77,24 @@ async def test_goals_are_expanded_and_commands_executed():
     assert (await robot.perform("s-1.2", SAY)).value == SPOKEN.model_dump()
     await robot.perform("s-1.3", NavigateToGoal(x=1, y=2))
     assert module.submitted == [("execute", "s-1.2"), ("expand", "s-1.3")]
+
+
+async def test_tasks_carry_the_priority_of_the_errand_and_drives_its_deadline():
+    module = ScriptedModule(Handle(SPOKEN))
+    robot = BusRobot(module, QUICK)
+    urgency = Urgency(priority=8, deadline=module.clock.now() + 90.0)
+    await robot.perform("s-1.2", SAY, urgency)
+    assert module.options["priority"] == 8
+    assert "within" not in module.options
+    await robot.perform("s-1.3", NavigateToGoal(x=1, y=2), urgency)
+    assert (module.options["priority"], module.options["within"]) == (8, 90.0)
+
+
+async def test_a_task_is_killed_with_all_its_attempts_that_there_were():
+    unknown = HandlerFailedError(Failure(name="unknown_task", text="there is no such task"))
+    module = ScriptedModule(SPOKEN, SPOKEN, unknown)
+    await BusRobot(module, QUICK).kill("s-1.3", "nobody wants it any more")
+    assert module.killed == ["s-1.3", "s-1.3.r1", "s-1.3.r2"]
 
 
 async def test_a_task_whose_module_died_is_begun_anew_under_the_next_id():

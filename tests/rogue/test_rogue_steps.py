@@ -5,10 +5,12 @@ from pathlib import Path
 import pytest
 from rogue_fakes import NO_ANSWER, ScriptedRobot
 
-from rogue.execution import Patience, StepRunner, TaskOfRobot, acquire
-from rogue.memory import Facts, Step, Store
+from rogue.execution import Patience, StepRunner, TaskOfRobot, Urgency, acquire, as_published
+from rogue.memory import Step, Store
 from rogue.outcomes import Outcome, StepOutcome
 
+URGENCY = Urgency(priority=5, deadline=4600.0)
+THING = ("mitchell", "delivermail")
 MAIL = "Tom Mitchell's mail delivery"
 
 
@@ -19,11 +21,11 @@ class KilledRobot(ScriptedRobot):
         super().__init__(answers=[NO_ANSWER])
         self.at = at
 
-    async def perform(self, task_id: str, message: TaskOfRobot) -> Outcome:
+    async def perform(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:
         if len(self.ids) == self.at:
             self.ids.append(task_id)
             raise SystemExit(task_id)
-        return await super().perform(task_id, message)
+        return await super().perform(task_id, message, urgency)
 
 
 class Scene:
@@ -39,8 +41,8 @@ class Scene:
 
     async def run(self, step: Step, robot: ScriptedRobot) -> str:
         runner = StepRunner(robot, self.store, "cafe", self.tell)
-        procedure = acquire("r-5303", "mitchell", "delivermail", MAIL, Patience())
-        return (await runner.run(step, procedure)).kind
+        procedure = acquire("r-5303", THING, MAIL, Patience(), as_published())
+        return (await runner.run(step, procedure, URGENCY)).kind
 
 
 async def begin(store: Store) -> Step:
@@ -51,7 +53,8 @@ async def test_tasks_are_named_for_ever(tmp_path: Path):
     async with Store(tmp_path) as store:
         robot = ScriptedRobot()
         assert await Scene(store).run(await begin(store), robot) == "done"
-        assert robot.ids == ["cafe-1.2", "cafe-1.4", "cafe-1.6"]
+        assert robot.ids == ["cafe-1.3", "cafe-1.5", "cafe-1.7"]
+        assert robot.urgencies == [URGENCY] * 3
 
 
 @pytest.mark.parametrize("at", range(6))
@@ -88,5 +91,5 @@ async def test_an_ended_step_is_not_run_again(tmp_path: Path):
     async with Store(tmp_path) as store:
         step = await begin(store)
         await Scene(store).run(step, ScriptedRobot())
-        await store.end_step(step, StepOutcome(kind="done"), Facts(), 1.0)
+        await store.end_step(step, StepOutcome(kind="done"), 1.0)
         assert await store.open_step() is None

@@ -48,11 +48,12 @@ async def test_a_step_ends_with_all_it_changed_or_not_at_all(tmp_path: Path):
         assert await store.open_step() == step
         assert (await store.outcomes(step))[3].value == {"answer": "y"}
         assert await store.request("a") == underway
-        facts = Facts("r-5303", frozenset({("mitchell", "delivermail")}))
-        await store.end_step(step, StepOutcome(kind="done", room="r-5303"), facts, 4.0)
+        thing = ("mitchell", "delivermail")
+        outcome = StepOutcome(kind="done", room="r-5303", placed=(thing,))
+        await store.end_step(step, outcome, 4.0)
     async with Store(tmp_path) as store:
         assert await store.open_step() is None
-        assert await store.facts() == facts
+        assert await store.facts() == Facts("r-5303", frozenset({thing}))
         assert await store.outcomes(step) == {}
         (view,) = await store.steps_of("a")
         assert (view.operator, view.state) == ("ACQUIRE-ITEM r-5303 mitchell", "done")

@@ -1,0 +1,74 @@
+"""What the agent knows of the world, in memory as it stands on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from rogue.memory import Facts, Hold, Store
+from rogue.outcomes import StepOutcome, Thing
+from tca_bus import Module
+
+
+class KnownWorld:
+    """The robot's room, its tray, and which errands are put off until when.
+
+    ``on_change`` is called after each change that came from outside of a step.
+    """
+
+    def __init__(self, store: Store, module: Module) -> None:
+        self._store = store
+        self._module = module
+        self._holds: dict[str, Hold] = {}
+        self.facts = Facts()
+        self.on_change: Callable[[], None] = _nothing
+
+    async def load(self) -> None:
+        """Read what was known when the agent last ran."""
+        self.facts = await self._store.facts()
+        self._holds = {hold.request: hold for hold in await self._store.holds()}
+
+    def is_held(self, request_id: str) -> bool:
+        """Whether an errand is put off and its time has not come."""
+        hold = self._holds.get(request_id)
+        return hold is not None and self._module.clock.now() < hold.until
+
+    def next_due(self, request_ids: Iterable[str]) -> float | None:
+        """When the first of these errands that are put off is to be taken up again."""
+        found = (self._holds[name].until for name in request_ids if self.is_held(name))
+        return min(found, default=None)
+
+    def after_step(self, outcome: StepOutcome, holds: Iterable[Hold]) -> None:
+        """Take over what a step has changed, which is on disk already."""
+        self.facts = self.facts.changed(room=outcome.room, placed=outcome.placed, gone=outcome.gone)
+        self._holds.update((hold.request, hold) for hold in holds)
+
+    async def move_things(
+        self, *, placed: Iterable[Thing] = (), gone: Iterable[Thing] = ()
+    ) -> None:
+        """Take in that somebody put things on the tray or took them from it."""
+        placed, gone = set(placed) - self.facts.tray, set(gone) & self.facts.tray
+        if placed or gone:
+            await self._store.move_things(placed=placed, gone=gone)
+            self.facts = self.facts.changed(room=self.facts.room, placed=placed, gone=gone)
+            self.on_change()
+
+    async def put_off(self, holds: Iterable[Hold]) -> None:
+        """Put errands off for something that was heard."""
+        new = {hold.request: hold for hold in holds}
+        if new:
+            await self._store.put_off(new.values())
+            self._holds.update(new)
+            self.on_change()
+
+    async def take_up(self, room: str) -> None:
+        """Let errands go on that were put off because of a room."""
+        freed = [name for name, hold in self._holds.items() if hold.room == room]
+        if freed:
+            await self._store.take_up(freed)
+            for name in freed:
+                del self._holds[name]
+            self.on_change()
+
+
+def _nothing() -> None:
+    """What is called at a change before anybody cares."""

@@ -1,0 +1,53 @@
+"""Errands that are put off until later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import aiosqlite
+
+from rogue.memory._database import Database
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """An errand that waits until a time, in seconds since the epoch, for what ails ``room``."""
+
+    request: str
+    room: str
+    until: float
+    reason: str
+
+
+class KeptHolds:
+    """The part of the store that holds what is put off."""
+
+    _base: Database
+
+    async def holds(self) -> list[Hold]:
+        """What is put off, whether its time has come or not."""
+        rows = await self._base.rows(
+            "SELECT request, room, until, reason FROM holds ORDER BY request"
+        )
+        return [Hold(str(r), str(room), float(t), str(why)) for r, room, t, why in rows]
+
+    async def put_off(self, holds: Iterable[Hold]) -> None:
+        """Put errands off."""
+        async with self._base.transaction() as link:
+            await write_holds(link, holds)
+
+    async def take_up(self, requests: Iterable[str]) -> None:
+        """Let errands that were put off go on."""
+        async with self._base.transaction() as link:
+            await link.executemany(
+                "DELETE FROM holds WHERE request = ?", [(request,) for request in requests]
+            )
+
+
+async def write_holds(link: aiosqlite.Connection, holds: Iterable[Hold]) -> None:
+    """Write what is put off; the latest word on an errand stands."""
+    await link.executemany(
+        "INSERT OR REPLACE INTO holds (request, room, until, reason) VALUES (?, ?, ?, ?)",
+        [(hold.request, hold.room, hold.until, hold.reason) for hold in holds],
+    )

@@ -1,0 +1,7 @@
+-- Errands that are put off: the room that could not be served, until when, and why.
+CREATE TABLE holds (
+    request TEXT PRIMARY KEY REFERENCES requests (id),
+    room TEXT NOT NULL,
+    until REAL NOT NULL,
+    reason TEXT NOT NULL
+) WITHOUT ROWID;
