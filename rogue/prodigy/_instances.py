@@ -21,16 +21,19 @@ def instances_for(operator: Operator, goal: Literal, world: World) -> Iterator[I
     """Yield the instances of ``operator`` that make ``goal`` true, each once.
 
     Static preconditions and the functions of the variables' types filter them. The condition of
-    a conditional effect becomes part of the preconditions.
+    a conditional effect becomes part of the preconditions. The variables of an effect are not
+    bound: it comes about for all their values.
     """
     seen: set[tuple[object, ...]] = set()
+    own = {spec.name for spec in operator.variables}
     for effect, bound in _unified(operator, goal, world):
         specs = operator.variables + effect.variables
         condition = And((operator.precondition, effect.condition))
         for bindings in world.combinations(specs, bound, world.static(condition)):
             for literals in world.branches(condition, bindings):
-                instance = Instance(operator, bindings, literals, goal)
-                key = (tuple(sorted(bindings.items())), literals)
+                kept = {name: value for name, value in bindings.items() if name in own}
+                instance = Instance(operator, kept, literals, goal)
+                key = (tuple(sorted(kept.items())), literals)
                 if key not in seen and _possible(literals, world):
                     seen.add(key)
                     if achieves(instance, goal, world):

@@ -32,9 +32,10 @@ def validate_plan(problem: Problem, plan: Iterable[StepView]) -> PlanFault | Non
     steps = tuple(plan)
     for at, step in enumerate(steps):
         operator = problem.domain.operator(step.operator)
-        bindings = dict(step.bindings)
         if operator is None:
             return PlanFault(at, f"no operator named {step.operator}")
+        own = {spec.name for spec in operator.variables}
+        bindings = {name: value for name, value in step.bindings if name in own}
         wrong = _wrong_value(problem, world.facts, operator, bindings)
         if wrong:
             return PlanFault(at, f"{step}: {wrong}")

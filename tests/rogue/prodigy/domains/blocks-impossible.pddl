@@ -1,0 +1,5 @@
+(define (problem cycle)
+  (:domain blocks)
+  (:objects a b)
+  (:init (on-table a) (on-table b) (clear a) (clear b) (arm-empty))
+  (:goal (and (on a b) (on b a))))

@@ -1,0 +1,5 @@
+(define (problem sussman)
+  (:domain blocks)
+  (:objects a b c)
+  (:init (on-table a) (on-table b) (on c a) (clear b) (clear c) (arm-empty))
+  (:goal (and (on a b) (on b c))))

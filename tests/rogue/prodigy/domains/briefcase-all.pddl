@@ -1,0 +1,6 @@
+(define (problem all)
+  (:domain briefcase)
+  (:objects cheque dictionary pen - portable home office bank - place)
+  (:init (at cheque home) (at dictionary home) (at pen office) (case-at home))
+  (:goal (and (at cheque bank) (forall (?thing - portable) (not (inside ?thing)))
+              (exists (?place - place) (and (at pen ?place) (at dictionary ?place))))))

@@ -1,0 +1,5 @@
+(define (problem one)
+  (:domain briefcase)
+  (:objects letter - portable home office - place)
+  (:init (at letter home) (case-at office))
+  (:goal (at letter office)))

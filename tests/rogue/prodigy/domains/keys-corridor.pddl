@@ -1,0 +1,8 @@
+(define (problem corridor)
+  (:domain keys)
+  (:objects c0 c1 c2 c3 c4 - cell iron - key round - shape)
+  (:init (beside c0 c1) (beside c1 c0) (beside c1 c2) (beside c2 c1) (beside c2 c3)
+         (beside c3 c2) (beside c3 c4) (beside c4 c3)
+         (unlocked c0) (unlocked c1) (unlocked c2) (unlocked c4)
+         (lock-shape c3 round) (key-shape iron round) (key-at iron c0) (hand-free) (me-at c1))
+  (:goal (me-at c4)))

@@ -1,0 +1,6 @@
+(define (problem lost)
+  (:domain keys)
+  (:objects hall vault - cell iron - key round - shape)
+  (:init (beside hall vault) (beside vault hall) (unlocked hall) (lock-shape vault round)
+         (key-shape iron round) (key-at iron vault) (hand-free) (me-at hall))
+  (:goal (have iron)))

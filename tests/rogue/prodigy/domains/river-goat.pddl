@@ -1,0 +1,6 @@
+(define (problem goat)
+  (:domain river)
+  (:objects wolf goat cabbage - thing left right - bank)
+  (:init (eats wolf goat) (eats goat cabbage)
+         (at wolf left) (at goat left) (at cabbage left) (boat-at left))
+  (:goal (and (at wolf right) (at goat right) (at cabbage right))))

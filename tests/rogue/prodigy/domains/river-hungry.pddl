@@ -1,0 +1,6 @@
+(define (problem hungry)
+  (:domain river)
+  (:objects wolf goat bear - thing left right - bank)
+  (:init (eats wolf goat) (eats bear goat) (eats bear wolf)
+         (at wolf left) (at goat left) (at bear left) (boat-at left))
+  (:goal (and (at wolf right) (at goat right) (at bear right))))

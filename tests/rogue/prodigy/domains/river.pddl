@@ -1,0 +1,17 @@
+(define (domain river)
+  (:requirements :adl)
+  (:types thing bank)
+  (:predicates (eats ?a ?b - thing) (at ?thing - thing ?bank - bank) (boat-at ?bank - bank))
+  (:action cross-with
+    :parameters (?thing - thing ?to ?from - bank)
+    :precondition (and (at ?thing ?from) (boat-at ?from) (not (= ?from ?to))
+      (not (exists (?eater ?eaten - thing)
+        (and (not (= ?eater ?thing)) (not (= ?eaten ?thing))
+             (eats ?eater ?eaten) (at ?eater ?from) (at ?eaten ?from)))))
+    :effect (and (not (at ?thing ?from)) (not (boat-at ?from)) (at ?thing ?to) (boat-at ?to)))
+  (:action cross-alone
+    :parameters (?to ?from - bank)
+    :precondition (and (boat-at ?from) (not (= ?from ?to))
+      (not (exists (?eater ?eaten - thing)
+        (and (eats ?eater ?eaten) (at ?eater ?from) (at ?eaten ?from)))))
+    :effect (and (not (boat-at ?from)) (boat-at ?to))))
