@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import tomllib
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rogue.prodigy import Operator, Problem, StepView, Task, load_task, validate_plan
-from rogue.prodigy._validate import _after, _Facts, _holds, _wrong_value
+from rogue.prodigy import Problem, Task, load_task
+from rogue.prodigy._simulate import SimulatedWorld, after, cases, holds, start
 
 DOMAINS = Path(__file__).parent / "domains"
 OFFICE = Path(__file__).parents[3] / "rogue" / "errands" / "domains" / "office.pdl"
@@ -28,25 +27,25 @@ def load_named(name: str, language: str = "pdl") -> Task:
 def shortest(problem: Problem) -> int | None:
     """Return the least number of steps to the goal, None if it cannot be reached.
 
-    Breadth first, over all values of all variables, with the meaning that the checker gives to
-    conditions and effects; only for domains without infinite types.
+    Breadth first, over all values of all variables, by the code that checks plans and none of
+    the search's; only for domains without infinite types.
     """
-    start = frozenset((f.predicate, f.args) for f in problem.state.facts())
-    seen, agenda = {start}, deque([(start, 0)])
+    first = start(problem)
+    seen, agenda = {first}, deque([(first, 0)])
     while agenda:
-        facts, steps = agenda.popleft()
-        if _reached(problem, facts):
+        world, steps = agenda.popleft()
+        values = cases(problem, world.facts, problem.variables, {})
+        if any(holds(problem, world.facts, problem.goal, case) for case in values):
             return steps
-        for after in _successors(problem, set(facts)):
-            if after not in seen:
-                seen.add(after)
-                agenda.append((after, steps + 1))
+        for following in _following(problem, world):
+            if following not in seen:
+                seen.add(following)
+                agenda.append((following, steps + 1))
     return None
 
 
-def _reached(problem: Problem, facts: frozenset[Any]) -> bool:
-    now = Problem(
-        problem.domain, "now", problem.objects, problem.state, problem.goal, problem.variables
-    )
-    del now
-    raise NotImplementedError
+def _following(problem: Problem, world: SimulatedWorld) -> Iterator[SimulatedWorld]:
+    for operator in problem.domain.operators:
+        for bindings in cases(problem, world.facts, operator.variables, {}):
+            if holds(problem, world.facts, operator.precondition, bindings):
+                yield after(problem, world, operator, bindings)
