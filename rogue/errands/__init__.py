@@ -5,6 +5,7 @@ from __future__ import annotations
 from rogue.errands._advice import Advice, Outlook
 from rogue.errands._agenda import MARGIN, NEARBY, Agenda, robot_room
 from rogue.errands._errand import Errand
+from rogue.errands._lists import Chronicle, Lists, Moment
 from rogue.errands._priority import Claim, Metric, MetricError, RankSum, load_metric
 from rogue.errands._published_rules import goto_for_consumer_rule, nearest_room_rule
 from rogue.errands._selection import Selected, select
@@ -30,11 +31,14 @@ __all__ = [
     "NEARBY",
     "Advice",
     "Agenda",
+    "Chronicle",
     "Claim",
     "Distance",
     "Errand",
+    "Lists",
     "Metric",
     "MetricError",
+    "Moment",
     "OpenErrand",
     "Outlook",
     "Promise",

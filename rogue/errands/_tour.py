@@ -177,7 +177,9 @@ class Setting:
     ) -> Setting:
         """Measure a problem; without ``start`` the way to the first stop counts nothing."""
         listed = tuple(errands)
-        places = [e.pickup for e in listed] + [e.deliver for e in listed]
+        places = [e.deliver if e.carried else e.pickup for e in listed] + [
+            e.deliver for e in listed
+        ]
         metres = (rooms or Rooms(travel.distance)).metres([*places, start or places[0]])
         if start is None:
             metres[-1, :] = 0.0
