@@ -34,14 +34,19 @@ from rogue.prodigy import (
     Executed,
     Failed,
     Finished,
+    GoalTree,
     Poll,
     Search,
     SearchResult,
     Status,
+    goal_tree,
 )
 from rogue.requests import Directory, RequestBook
 
 log = logging.getLogger(__name__)
+
+MOST_SHOWN = 1000
+"""Goals and operators of a plan that is shown, and as many of those that came to nothing."""
 
 Locations = Mapping[str, tuple[float, float]]
 
@@ -84,10 +89,17 @@ class Episode:
         self._unranked: list[DeliveryRequest] = []
         self._lines: list[str] = []
         self._executed: list[str] = []
+        self._search: Search | None = None
 
     def view(self, *, planning: bool) -> PlanView:
         """The search as it stands."""
-        return PlanView(planning=planning, nodes=self._lines, executed=self._executed)
+        tree = goal_tree(self._search) if self._search is not None else GoalTree()
+        return PlanView(
+            planning=planning,
+            nodes=self._lines,
+            executed=self._executed,
+            tree=tree.pruned(most_live=MOST_SHOWN, most_gone=MOST_SHOWN),
+        )
 
     async def run(self) -> None:
         """Plan and execute until every admitted request has ended."""
@@ -101,6 +113,7 @@ class Episode:
             rooms=self._locations,
             switches=self._switches,
         )
+        self._search = search
         result = await self._drive(search)
         await self._conclude(result)
 

@@ -11,6 +11,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from rogue.prodigy import GoalTree
 from tca_bus import Broadcast, Query
 
 REQUEST_ID_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
@@ -267,13 +268,17 @@ class ReadTrace(Query[list[TraceLine]]):
 
 
 class PlanView(BaseModel):
-    """The search as it stands: the node lines printed so far, and the steps executed."""
+    """The search as it stands: the node lines printed so far, the steps executed, its goal tree.
+
+    ``tree`` has the newest part of a very large tree.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     planning: bool
     nodes: list[str]
     executed: list[str]
+    tree: GoalTree = GoalTree()
 
 
 class ShowPlan(Query[PlanView]):

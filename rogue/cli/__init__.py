@@ -18,8 +18,8 @@ COMMANDS = {
     "show": ("_requests:show", "Show one request with the steps that were carried out for it."),
     "cancel": ("_requests:cancel", "Take a request back, at whatever stage it is."),
     "plan": (
-        "_trace:plan",
-        "Print the search tree of the plan, now or last.",
+        "_plan:plan",
+        "Show the plan, now or last: its goals and operators, as text or as a drawing.",
     ),
     "trace": ("_trace:trace", "Print the conversation, as Figure 6 of the paper shows it."),
     "why": ("_requests:why", "Say why a request stands where it does."),

@@ -1,4 +1,4 @@
-"""The commands that show what the planner thinks and what the robot says."""
+"""The conversation of the robot, as it was and as it goes on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cyclopts.validators import Number
 from rogue.absence import ABSENT
 from rogue.cli._client import ask, on_bus
 from rogue.cli._waiting import POLL_SECONDS
-from rogue.messages import ReadTrace, ShowPlan, TraceLine
+from rogue.messages import ReadTrace, TraceLine
 from tca_bus import Module, Subscription
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json
 
@@ -43,24 +43,6 @@ async def trace(
                 emit_json(line, line=True)
             else:
                 emit(line.text)
-
-
-async def plan(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
-    """Print the search tree of the plan that is being carried out, or of the last one."""
-    async with on_bus(flags) as module:
-        view = await ask(module, ShowPlan())
-    if flags.json:
-        emit_json(view)
-        return
-    for line in view.nodes:
-        emit(line)
-    if not view.nodes:
-        emit("Nothing was planned since the agent started.")
-    if view.executed:
-        emit("")
-        emit("Executed:")
-        for step in view.executed:
-            emit(f"  {step}")
 
 
 async def followed(module: Module, after: int = 0) -> AsyncIterator[TraceLine]:

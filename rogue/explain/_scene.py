@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from rogue.explain._layout import Layout, Place, Size, lay_out
 from rogue.explain._words import cells, clean, shortened, wrapped
-from rogue.prodigy import GoalTree, Standing, TreeNode
+from rogue.prodigy import GoalTree, TreeNode
 
 MOST_GONE = 60
 """Failed and given up goals and operators that are drawn: those that were tried first."""
@@ -21,7 +21,6 @@ CHARACTER, LINE = 7.25, 15.0
 _COLUMNS = 23
 _ROW_WIDTH, _LEVEL_GAP = 1700.0, 34.0
 _FARTHEST = 650.0
-_GONE = frozenset({Standing.FAILED, Standing.DROPPED})
 
 _Pair = tuple[int, int]
 """A goal and an operator that shares it with the one that the goal hangs from."""
@@ -66,7 +65,8 @@ def compose(tree: GoalTree) -> Scene:
     A goal that several operators need hangs from the first. From the others a line leads to it
     where it is near, and a reference stands below them where it is not.
     """
-    shown = {node.number: node for node in _kept(tree.nodes)}
+    tree = tree.pruned(most_live=MOST_LIVE, most_gone=MOST_GONE)
+    shown = {node.number: node for node in tree.nodes}
     near = _shared(shown.values(), shown)
     far: list[_Pair] = []
     layout = _arranged(shown, far)
@@ -82,18 +82,7 @@ def compose(tree: GoalTree) -> Scene:
     links = [_link(shown, layout, above, below) for above, below in _hanging(shown)]
     links += [_link(shown, layout, sharer, goal, is_shared=True) for goal, sharer in near]
     links += [_link_to_reference(shown, layout, far, at) for at in range(1, len(far) + 1)]
-    return Scene(tuple(figures), tuple(links), layout.extent, len(tree.nodes) - len(shown))
-
-
-def _kept(nodes: Sequence[TreeNode]) -> list[TreeNode]:
-    live = [node.number for node in nodes if node.standing not in _GONE][-MOST_LIVE:]
-    kept, left = set(live), MOST_GONE
-    for node in nodes:
-        is_placed = not node.above or node.above[0] in kept
-        if node.standing in _GONE and left and is_placed:
-            kept.add(node.number)
-            left -= 1
-    return [node for node in nodes if node.number in kept]
+    return Scene(tuple(figures), tuple(links), layout.extent, tree.left_out)
 
 
 def _hanging(shown: Mapping[int, TreeNode]) -> list[tuple[int, int]]:

@@ -7,8 +7,9 @@ that only record a decision. An applied operator is told at the operator that wa
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from rogue.prodigy._events import Decided, NodeKind, NodeView
@@ -35,6 +36,13 @@ class Standing(StrEnum):
     """The search went another way, or nobody wants it any more."""
 
 
+_OPEN = frozenset({Standing.PENDING, Standing.RUNNING})
+_GONE = frozenset({Standing.FAILED, Standing.DROPPED})
+
+MOST_OTHERS = 12
+"""Alternatives that are told of one choice."""
+
+
 @dataclass(frozen=True, slots=True)
 class TreeNode:
     """A goal or an operator of the goal tree.
@@ -50,7 +58,7 @@ class TreeNode:
         applied: Numbers of the nodes that applied the operator, in their order.
         note: Why it failed, empty if it did not.
         reason: Name of the rule that chose it, or of the default.
-        over: What else could have been chosen.
+        over: What else could have been chosen, at most `MOST_OTHERS`.
     """
 
     number: int
@@ -88,11 +96,31 @@ class GoalTree:
         nodes: By number.
         steps: What was applied or executed, in order.
         status: How the search ended, empty while it runs.
+        left_out: How many nodes are not there, since they failed or are old.
     """
 
     nodes: tuple[TreeNode, ...] = ()
     steps: tuple[TreeStep, ...] = ()
     status: str = ""
+    left_out: int = 0
+
+    def pruned(self, *, most_live: int, most_gone: int) -> GoalTree:
+        """Return the tree with at most so many nodes.
+
+        Args:
+            most_live: Of those that count, the newest are kept.
+            most_gone: Of the failed and given up ones, those that were tried first.
+        """
+        live = [node.number for node in self.nodes if node.standing not in _GONE]
+        kept, left = set(live[max(len(live) - most_live, 0) :]), most_gone
+        for node in self.nodes:
+            is_placed = not node.above or node.above[0] in kept
+            if node.standing in _GONE and left and is_placed:
+                kept.add(node.number)
+                left -= 1
+        nodes = tuple(node for node in self.nodes if node.number in kept)
+        gone = self.left_out + len(self.nodes) - len(nodes)
+        return replace(self, nodes=nodes, left_out=gone)
 
 
 def goal_tree(search: Search) -> GoalTree:
@@ -107,9 +135,6 @@ def goal_tree(search: Search) -> GoalTree:
 
 _ROOTS = 2
 """Depth down to which a search decides nothing: the root, and the goal (done)."""
-
-_OPEN = frozenset({Standing.PENDING, Standing.RUNNING})
-_GONE = frozenset({Standing.FAILED, Standing.DROPPED})
 
 
 class _Drawing:
@@ -248,4 +273,5 @@ def _words(view: NodeView) -> tuple[str, str]:
 
 
 def _others(decided: Decided) -> tuple[str, ...]:
-    return tuple(text for text in decided.alternatives if text != decided.chosen)
+    others = (text for text in decided.alternatives if text != decided.chosen)
+    return tuple(islice(others, MOST_OTHERS))

@@ -16,6 +16,8 @@ def render_tree(tree: GoalTree) -> str:
     stands under the first; the others refer to it.
     """
     lines = [f"{row.indent}{row.branch}{_text(row)}" for row in _rows(tree)]
+    if tree.left_out:
+        lines.append(f"{tree.left_out} more goals and operators are not shown.")
     if tree.steps:
         lines += ["", "Solution:" if tree.status == "solved" else "Plan:"]
         lines += [f"{at:3d} {s.text} {s.standing.value}" for at, s in enumerate(tree.steps, 1)]

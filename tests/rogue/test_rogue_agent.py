@@ -74,6 +74,8 @@ async def test_a_request_is_served_and_the_agent_listens_on(tmp_path, monkeypatc
         plan = await module.ask(ShowPlan())
         assert not plan.planning
         assert plan.executed[0] == "<GOTO-PICKUP-LOC MITCHELL R-5303>"
+        assert plan.tree.status == "solved"
+        assert [step.text for step in plan.tree.steps] == [one.lower() for one in plan.executed]
 
 
 async def test_at_its_deadline_a_request_has_failed(tmp_path, monkeypatch):

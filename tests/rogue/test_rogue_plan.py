@@ -1,0 +1,83 @@
+"""``rogue plan``: the tree as text and as a drawing, once and whenever it changes."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from html import unescape
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from rogue.cli._plan import plan, write_drawing
+from rogue.messages import PlanView, ShowPlan, TraceLine
+from rogue.prodigy import GoalTree, Standing, TreeNode, TreeStep
+from tca_bus import ConfigError, Module
+from tca_bus.cli import BusFlags
+from tca_bus.testing import ScriptedModule, bus, eventually
+
+GOAL = TreeNode(5, is_goal=True, name="has-item", args="jhm fax", standing=Standing.PENDING)
+DONE = TreeNode(5, is_goal=True, name="has-item", args="jhm fax", standing=Standing.DONE)
+STEP = TreeStep(8, "<deliver-item r-1 jhm fax>", Standing.EXECUTED)
+
+
+def view(*nodes: TreeNode, steps: tuple[TreeStep, ...] = ()) -> PlanView:
+    return PlanView(planning=True, nodes=[], executed=[], tree=GoalTree(nodes, steps))
+
+
+def standing_in(file: Path) -> str | None:
+    """How the drawing shows n5."""
+    if not file.exists():
+        return None
+    [found] = [one for one in ET.parse(file).iter() if one.get("id") == "n5"]
+    return found.get("class")
+
+
+@pytest.mark.bus
+async def test_a_plan_is_printed_drawn_and_given_as_data(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    async with bus() as options, ScriptedModule("rogue", options=options) as agent:
+        agent.answers(ShowPlan, view(GOAL, steps=(STEP,)))
+        flags = BusFlags(connect=options.connect, realm=options.realm)
+        await plan(flags=flags)
+        assert "n5 (has-item jhm fax) pending" in capsys.readouterr().out
+        file = tmp_path / "plan.svg"
+        await plan(svg=file, flags=flags)
+        assert "1 goals and operators are drawn in" in capsys.readouterr().err
+        assert "<deliver-item r-1 jhm fax>  executed" in unescape(file.read_text())
+        await plan(flags=BusFlags(connect=options.connect, realm=options.realm, json=True))
+        document = json.loads(capsys.readouterr().out)
+        assert document["tree"]["nodes"][0]["standing"] == "pending"
+        assert document["tree"]["steps"][0]["number"] == 8
+
+
+@pytest.mark.bus
+async def test_a_watched_plan_is_drawn_again_when_it_changes(tmp_path: Path):
+    file = tmp_path / "plan.svg"
+    async with bus() as options, ScriptedModule("rogue", options=options) as agent:
+        agent.answers(ShowPlan, view(GOAL), view(DONE))
+        flags = BusFlags(connect=options.connect, realm=options.realm)
+        watching = asyncio.create_task(plan(svg=file, watch=True, flags=flags))
+        try:
+            await eventually(lambda: standing_in(file) == "pending", what="a drawing")
+            async with Module("crier", options=options) as crier:
+                await crier.broadcast(TraceLine(seq=1, time=1.0, text="a step"))
+                await eventually(lambda: standing_in(file) == "done", what="the new drawing")
+        finally:
+            watching.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await watching
+
+
+def test_a_drawing_that_cannot_be_written_says_so(tmp_path: Path):
+    with pytest.raises(ConfigError, match="a file that can be written"):
+        write_drawing(tmp_path / "none" / "plan.svg", GoalTree(), title="x")
+
+
+def test_a_view_of_the_plan_crosses_the_bus_whole():
+    one = view(GOAL, DONE, steps=(STEP,))
+    assert PlanView.model_validate_json(one.model_dump_json()) == one
+    assert PlanView(planning=False, nodes=[], executed=[]).tree == GoalTree()
