@@ -12,11 +12,11 @@ from cyclopts import Parameter
 
 from rogue.absence import ABSENT
 from rogue.cli._client import ask, on_bus
+from rogue.cli._drawing import write_drawing
 from rogue.cli._waiting import POLL_SECONDS
-from rogue.explain import draw_svg
 from rogue.messages import PlanView, ShowPlan, TraceLine
-from rogue.prodigy import GoalTree, render_tree
-from tca_bus import ConfigError, Module, Subscription
+from rogue.prodigy import render_tree
+from tca_bus import Module, Subscription
 from tca_bus.cli import (
     DEFAULT_FLAGS,
     BusFlags,
@@ -78,20 +78,6 @@ def _text(view: PlanView) -> str:
 
 def _title(view: PlanView) -> str:
     return "The plan" if view.planning else "The last plan"
-
-
-def write_drawing(path: Path, tree: GoalTree, *, title: str) -> None:
-    """Draw a tree into a file; whoever reads the file sees the old drawing or the new one.
-
-    Raises:
-        ConfigError: The file cannot be written.
-    """
-    drawing, new = draw_svg(tree, title=title), path.with_name(f"{path.name}.new")
-    try:
-        new.write_text(drawing, encoding="utf-8")
-        new.replace(path)
-    except OSError as error:
-        raise ConfigError("--svg", str(path), f"a file that can be written ({error})") from error
 
 
 async def _changes(module: Module) -> AsyncIterator[PlanView]:

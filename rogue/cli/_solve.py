@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from rogue.cli._drawing import write_drawing
 from rogue.cli._solve_functions import UserCodeError, named_functions
 from rogue.cli._solve_report import Report
 from rogue.prodigy import (
     Mode,
     ProdigyError,
+    Search,
     SearchOptions,
     Status,
     Task,
+    goal_tree,
     load_task,
     validate_plan,
 )
@@ -42,6 +46,7 @@ def solve(
     functions: Places = None,
     meta_predicates: Places = None,
     check: Annotated[bool, Parameter(negative="")] = False,
+    svg: Path | None = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> int:
     """Plan with PRODIGY: a domain and a problem, in its own language or both in PDDL.
@@ -61,6 +66,7 @@ def solve(
             NAME is a function or a table of functions by name; without :NAME all of the file.
         meta_predicates: The same for the domain's control rules.
         check: Have the plan checked by a part that knows nothing of the search.
+        svg: Draw the search tree into this file: goals in ovals, operators in boxes.
         flags: Shared flags; --json prints status, plan, nodes, seconds, trace and more.
     """
     options = SearchOptions(
@@ -73,7 +79,7 @@ def solve(
             functions=named_functions(functions or ()),
             meta_predicates=named_functions(meta_predicates or ()),
         )
-        report = _searched(task, options, check=check)
+        report = _searched(task, options, check=check, svg=svg)
     except (ProdigyError, UserCodeError) as error:
         return _refuse(str(error))
     except OSError as error:
@@ -86,11 +92,16 @@ def solve(
     return 0 if report.result.status is Status.SOLVED and report.fault is None else 1
 
 
-def _searched(task: Task, options: SearchOptions, *, check: bool) -> Report:
-    result = search(task.problem, options)
+def _searched(task: Task, options: SearchOptions, *, check: bool, svg: Path | None) -> Report:
+    draw = partial(_draw, svg, task) if svg is not None else None
+    result = search(task.problem, options, on_end=draw)
     is_checked = check and result.status is Status.SOLVED
     fault = validate_plan(task.problem, result.plan) if is_checked else None
     return Report(task, result, is_checked=is_checked, fault=fault)
+
+
+def _draw(svg: Path, task: Task, ended: Search) -> None:
+    write_drawing(svg, goal_tree(ended), title=task.problem.name or "Search tree")
 
 
 def _refuse(sentence: str) -> int:

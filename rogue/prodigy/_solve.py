@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from rogue.prodigy._errors import SequenceError
@@ -24,12 +24,14 @@ def solve(
     problem: Problem,
     options: SearchOptions | None = None,
     rules: RuleSet | None = None,
+    *,
+    on_end: Callable[[Search], None] | None = None,
 ) -> SearchResult:
     """Search to the end and return the outcome; nothing is executed.
 
     Depth-first search may lose itself below one bad choice, so the depth bound starts low and
     grows up to that of the options. Nodes and seconds are those of all attempts together, the
-    trace is that of the last.
+    trace is that of the last; ``on_end`` is called with the last, to look at its tree.
 
     Raises:
         SequenceError: If ``options`` ask for execution, which needs a caller that executes.
@@ -42,11 +44,13 @@ def solve(
     for bound, most, is_last in _bounds(options):
         if attempts.search(bound, most) or is_last:
             break
+    if on_end is not None and attempts.last is not None:
+        on_end(attempts.last)
     return attempts.result()
 
 
 class _Attempts:
-    """Searches of one problem with ever higher bounds."""
+    """Searches of one problem with ever higher bounds; ``last`` is the newest."""
 
     def __init__(self, problem: Problem, options: SearchOptions, rules: RuleSet) -> None:
         self._problem = problem
@@ -56,6 +60,7 @@ class _Attempts:
         self._seconds = 0.0
         self._proof: Proof | None = None
         self._last: SearchResult | None = None
+        self.last: Search | None = None
 
     def search(self, bound: int | None, most: int | None) -> bool:
         """Search once; True if another attempt would not do better."""
@@ -71,7 +76,7 @@ class _Attempts:
         for _ in search.events():
             pass
         assert search.result is not None
-        self._last = search.result
+        self._last, self.last = search.result, search
         self._nodes += search.result.nodes
         self._seconds += search.result.seconds
         return self._is_final(search.result) or _is_exhausted(search)

@@ -11,7 +11,8 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from rogue.cli._plan import plan, write_drawing
+from rogue.cli._drawing import write_drawing
+from rogue.cli._plan import plan
 from rogue.messages import PlanView, ShowPlan, TraceLine
 from rogue.prodigy import GoalTree, Standing, TreeNode, TreeStep
 from tca_bus import ConfigError, Module

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -214,3 +215,12 @@ def test_bad_flags_are_usage_errors(run) -> None:
         code, out, err = run(*pair("rockets-two"), *words)
         assert (code, out) == (2, "")
         assert err.startswith("error: ")
+
+
+def test_the_search_tree_is_drawn(run, tmp_path: Path):
+    domain, problem = DOMAINS / "rockets.pdl", DOMAINS / "rockets-two.pdl"
+    assert run(domain, problem, "--svg", tmp_path / "tree.svg")[0] == 0
+    root = ET.parse(tmp_path / "tree.svg").getroot()
+    words = [element.text for element in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert "Solution:" in words
+    assert "  3  <fly apollo here there>  done" in words
