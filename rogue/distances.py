@@ -1,14 +1,13 @@
-"""How far it is from room to room: asked of the navigator once for each pair."""
+"""How far it is from room to room: asked of the navigator once for all that are new."""
 
 from __future__ import annotations
 
-import asyncio
 import itertools
 import logging
 import math
 from collections.abc import Iterable, Mapping
 
-from navigate.messages import PlanRoute
+from navigate.messages import MOST_ROOMS, PlanRoutes, RouteTable
 from tca_bus import Module, TcaError
 
 log = logging.getLogger(__name__)
@@ -36,15 +35,19 @@ class Distances:
     ) -> None:
         """Ask for the routes among ``rooms``; ``locations`` are those of all rooms, in metres."""
         self._rooms = locations
-        pairs = (frozenset(pair) for pair in itertools.combinations(sorted(set(rooms)), 2))
-        unknown = [pair for pair in pairs if pair not in self._metres]
-        await asyncio.gather(*(self._ask(pair) for pair in unknown))
-
-    async def _ask(self, pair: frozenset[str]) -> None:
-        start, end = sorted(pair)
+        known = sorted(set(rooms) & set(locations))[:MOST_ROOMS]
+        pairs = itertools.combinations(known, 2)
+        if all(frozenset(pair) in self._metres for pair in pairs):
+            return
         try:
-            route = await self._module.query(PlanRoute(start=start, goal=end))
+            table = await self._module.query(PlanRoutes(rooms=known))
         except TcaError as error:
-            log.debug("no route from %s to %s: %s", start, end, error)
+            log.debug("no distances among %s: %s", ", ".join(known), error)
         else:
-            self._metres[pair] = route.metres
+            self._keep(table)
+
+    def _keep(self, table: RouteTable) -> None:
+        for start, row in zip(table.rooms, table.metres, strict=True):
+            for end, metres in zip(table.rooms, row, strict=True):
+                if metres is not None:
+                    self._metres.setdefault(frozenset((start, end)), metres)
