@@ -1,8 +1,8 @@
 """PDDL domains and problems, planned by PRODIGY.
 
 Read are STRIPS, types with ``either``, negative, disjunctive and quantified preconditions,
-equality, conditional and universal effects, constants, derived predicates that do not use
-themselves, and action costs. Anything else is refused where it stands.
+equality, conditional and universal effects, constants, derived predicates, and action costs.
+Anything else is refused where it stands.
 """
 
 from __future__ import annotations

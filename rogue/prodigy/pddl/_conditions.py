@@ -32,17 +32,16 @@ MOST_REPLACED = 1000
 class Conditions:
     """Makes expressions of conditions.
 
-    A derived predicate is replaced by what it stands for: so its negation, and its use in goals
-    and in conditions of effects, mean what PDDL says. One that uses itself is refused.
+    A derived predicate is replaced by what it stands for, so that the search can work for its
+    parts, and against them where its negation is wanted. One that uses itself stays: a rule says
+    where it holds.
 
     Attributes:
         words: What a condition may name.
-        within: Derived predicates that are being replaced.
-        replaced: Names of all that have been.
+        replaced: Names of all derived predicates that were replaced.
     """
 
     words: Vocabulary
-    within: tuple[str, ...] = ()
     replaced: list[str] = field(default_factory=list)
 
     def expression(self, phrase: Phrase, scope: Scope) -> Expression:
@@ -82,14 +81,11 @@ class Conditions:
         if name.text == EQUAL:
             return Holds(Atom(EQUAL, tuple(typed.term for _, typed in terms)))
         atom = self.words.atom(name, terms, kind="predicate")
-        if name.text not in self.words.definitions:
+        if name.text not in self.words.definitions or name.text in self.words.recursive:
             return Holds(atom)
         return self._derived(name, terms, scope)
 
     def _derived(self, name: Word, terms: list[tuple[Part, Typed]], scope: Scope) -> Expression:
-        if name.text in self.within:
-            chain = " uses ".join((*self.within, name.text))
-            refuse(name, "a derived predicate that does not use itself", found=chain)
         self.replaced.append(name.text)
         if len(self.replaced) > MOST_REPLACED:
             refuse(name, f"at most {MOST_REPLACED} uses of derived predicates, within others too")
@@ -99,8 +95,7 @@ class Conditions:
             if not self.words.must_be(typed.types, types):
                 refuse(part, f"a {types} for {name}", found=f"a {typed.types}")
             names[word.text] = typed
-        inner = replace(self, within=(*self.within, name.text))
-        return inner.expression(definition.condition, scope.binding(names))
+        return self.expression(definition.condition, scope.binding(names))
 
 
 def with_tests(

@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from rogue.prodigy._costs import TOTAL_COST, Combined, Cost, has_value, lookups
-from rogue.prodigy._domain import Domain, Effect, Operator
+from rogue.prodigy._domain import Domain, Effect, InferenceRule, Operator
 from rogue.prodigy._expressions import And, Expression, Holds
 from rogue.prodigy._functions import BUILT_IN
 from rogue.prodigy._terms import Atom
 from rogue.prodigy.pddl._changes import Case, Changes
 from rogue.prodigy.pddl._conditions import EQUAL, Conditions, with_tests
+from rogue.prodigy.pddl._derived import inference_rule, recursive
 from rogue.prodigy.pddl._phrases import Phrase, parse_phrase
 from rogue.prodigy.pddl._scope import Scope
 from rogue.prodigy.pddl._vocabulary import (
@@ -62,13 +63,13 @@ def read_domain(text: str, *, file: str = "domain") -> PddlDomain:
     phrase = parse_phrase(text, file, "domain")
     check_requirements(phrase)
     words = _words(phrase)
-    _check_definitions(words)
+    rules = _rules(words)
     costs: dict[str, Cost] = {}
     operators: dict[str, Operator] = {}
     for action in phrase.phrases("action_def"):
         name = action.word(1)
-        if name.text in operators:
-            refuse(name, "a name that no action has yet")
+        if name.text in operators or name.text in {rule.name for rule in rules}:
+            refuse(name, "a name that no action and no rule has yet")
         operators[name.text] = _action(action, words, costs)
     name = phrase.phrases("domain_def")[0].word(1)
     domain = Domain(
@@ -78,6 +79,7 @@ def read_domain(text: str, *, file: str = "domain") -> PddlDomain:
         predicates=_arities(words),
         functions=dict(BUILT_IN),
         constants=dict(words.objects),
+        inference_rules=rules,
     )
     return PddlDomain(domain, words, costs)
 
@@ -99,7 +101,8 @@ def _words(phrase: Phrase) -> Vocabulary:
     words = replace(words, objects=objects)
     functions = {name: s for name, s in _functions(phrase, words).items() if name != TOTAL_COST}
     words = replace(words, predicates=_predicates(phrase, words), functions=functions)
-    return replace(words, definitions=_definitions(phrase, words))
+    definitions = _definitions(phrase, words)
+    return replace(words, definitions=definitions, recursive=recursive(definitions))
 
 
 def _predicates(phrase: Phrase, words: Vocabulary) -> dict[str, Signature]:
@@ -137,10 +140,11 @@ def _definitions(phrase: Phrase, words: Vocabulary) -> dict[str, Definition]:
     return found
 
 
-def _check_definitions(words: Vocabulary) -> None:
-    for name, definition in words.definitions.items():
-        scope, _ = Scope().declare(definition.parameters)
-        Conditions(words, (name,)).expression(definition.condition, scope)
+def _rules(words: Vocabulary) -> tuple[InferenceRule, ...]:
+    """Return the rules of derived predicates that use themselves; check the other definitions."""
+    conditions = Conditions(words)
+    made = {name: inference_rule(name, d, conditions) for name, d in words.definitions.items()}
+    return tuple(rule for name, rule in made.items() if name in words.recursive)
 
 
 def _action(action: Phrase, words: Vocabulary, costs: dict[str, Cost]) -> Operator:

@@ -43,6 +43,7 @@ class Vocabulary:
         predicates: Types of the arguments of each predicate, derived ones among them.
         functions: The same of each function.
         definitions: What derived predicates stand for.
+        recursive: Those of them that use themselves.
     """
 
     types: TypeTree
@@ -50,6 +51,7 @@ class Vocabulary:
     predicates: Mapping[str, Signature] = field(default_factory=dict)
     functions: Mapping[str, Signature] = field(default_factory=dict)
     definitions: Mapping[str, Definition] = field(default_factory=dict)
+    recursive: frozenset[str] = frozenset()
 
     def type_named(self, word: Word) -> str:
         """Return the type that ``word`` names."""

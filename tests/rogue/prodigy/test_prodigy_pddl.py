@@ -88,6 +88,56 @@ def test_derived_predicates_quantifiers_and_conditional_effects_mean_what_pddl_s
     assert [s.operator for s in result.plan].count("go") == 1
 
 
+ROADS = """
+(define (domain roads)
+  (:requirements :adl :derived-predicates)
+  (:types place)
+  (:predicates (road ?a ?b - place) (blocked ?a ?b - place) (open ?a ?b - place)
+               (linked ?a ?b - place) (cut-off ?a - place))
+  (:derived (open ?a ?b - place) (and (road ?a ?b) (not (blocked ?a ?b))))
+  (:derived (linked ?a ?b - place)
+    (or (open ?a ?b) (exists (?c - place) (and (open ?a ?c) (linked ?c ?b)))))
+  (:derived (cut-off ?a - place) (not (exists (?b - place) (linked ?b ?a))))
+  (:action clear-road
+    :parameters (?a ?b - place)
+    :precondition (blocked ?a ?b)
+    :effect (not (blocked ?a ?b)))
+  (:action block
+    :parameters (?a ?b - place)
+    :precondition (and (road ?a ?b) (not (cut-off ?a)))
+    :effect (blocked ?a ?b)))
+"""
+PLACES = """
+(define (problem links)
+  (:domain roads)
+  (:objects a b c d - place)
+  (:init (road a b) (road b c) (road c d) (blocked b c) (blocked c d))
+  (:goal {goal}))
+"""
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+@pytest.mark.parametrize(
+    ("goal", "steps"),
+    [
+        ("(linked a b)", 0),
+        ("(linked a d)", 2),
+        ("(and (linked b c) (cut-off d))", 1),
+        ("(not (linked a d))", 0),
+        ("(linked d a)", None),
+    ],
+)
+def test_a_derived_predicate_that_uses_itself_becomes_a_rule(
+    goal: str, steps: int | None, mode: Mode
+) -> None:
+    problem = task(goal, domain=ROADS, problem=PLACES).problem
+    assert [rule.name for rule in problem.domain.inference_rules] == ["derive-linked"]
+    result = solve(problem, SearchOptions(mode=mode))
+    assert result.status is (Status.UNSOLVABLE if steps is None else Status.SOLVED)
+    assert len(result.plan) == (steps or 0)
+    assert steps is None or validate_plan(problem, result.plan) is None
+
+
 def test_an_inner_variable_hides_the_outer_one() -> None:
     take = task("(holding b)").problem.domain.operator("take")
     assert take is not None
@@ -170,7 +220,7 @@ def pddl_literal(pattern: tuple[str, str, bool]) -> str:
         ("(on ?l - lamp)", "(on ?l - lamp) (on ?l - lamp)", "not declared twice"),
         ("(at ?l ?r) (on ?l)", "(at ?l) (on ?l)", "found at with 1 arguments, expected 2"),
         ("(at ?l ?r) (on ?l)", "(at ?r ?r) (on ?l)", "r, which is a room, expected a thing"),
-        ("(at ?l ?r) (on ?l)", "(lit ?r) (on ?l)", "found lit uses lit"),
+        ("(at ?l ?r) (on ?l)", "(not (lit ?r)) (on ?l)", "does not use its own negation"),
         ("(at ?who ?r)", "(at ?whom ?r)", "found ?whom, expected a variable that is declared; did"),
         ("(holding ?l)\n    :effect", "(holdin ?l)\n    :effect", "did you mean holding?"),
         ("(holding ?l)\n    :effect", "(on hal)\n    :effect", "did you mean hall?"),
@@ -179,7 +229,11 @@ def pddl_literal(pattern: tuple[str, str, bool]) -> str:
         ("(increase (total-cost) 1)", "(assign (total-cost) 1)", "functions may only be costs"),
         ("(increase (total-cost) 1)", "(increase (way hall hall) 1)", "may only be costs"),
         ("(holding ?l) (on ?l)", "(> (way hall hall) 1) (on ?l)", "a condition without numbers"),
-        ("(:action drop", "(:action take", "found take, expected a name that no action has"),
+        (
+            "(:action drop",
+            "(:action take",
+            "a name that no action and no rule has",
+        ),
         (":parameters (?l - lamp)\n", ":parameters (?l ?l - lamp)\n", "not declared twice"),
         (
             "(:action drop",
