@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,6 +36,7 @@ from rogue.requests import (
     Desk,
     Directory,
     FingerServer,
+    Prospects,
     Questions,
     Reception,
     RequestBook,
@@ -101,8 +102,12 @@ class Agent:
         )
         self._world = KnownWorld(store, module)
         self._distances = Distances(module)
+        travel = Travel(distance=self._distances, capacity=options.places)
+        self._prospects = Prospects(
+            module=module, store=store, book=self._book, travel=travel, learn=self._learn
+        )
         self._agenda = Agenda(
-            travel=Travel(distance=self._distances, capacity=options.places),
+            travel=travel,
             metric=options.metric,
             now=module.clock.now,
         )
@@ -113,8 +118,15 @@ class Agent:
 
     def open_desk(self) -> None:
         """Register the handlers of the module; before it joins the bus."""
-        Desk(self._module, self._store, self._book, self._reception).open(self._rooms)
+        desk = Desk(self._module, self._store, self._book, self._reception, self._prospects)
+        desk.open(self._rooms)
         self._module.serve(ShowPlan, self._show_plan)
+
+    async def load(self) -> None:
+        """Read what is kept; before anybody asks."""
+        await self._world.load()
+        await self._reception.load()
+        await self._book.load()
 
     async def run(self) -> None:
         """Serve requests until cancelled: first what was left over, then what comes."""
@@ -127,10 +139,8 @@ class Agent:
             self._book.changed.set()
 
         self._world.on_change = world_changed
-        await self._world.load()
-        await self._reception.load()
-        await self._book.load()
         self._module.start(self._watch_deadlines(), name="rogue.deadlines")
+        self._module.start(self._prospects.watch(), name="rogue.prospects")
         await executor.resume()
         while True:
             if not self._book.open_requests():
@@ -228,6 +238,9 @@ class Agent:
             self._locations = await self._robot.rooms(patience=patience)
         return dict(self._locations)
 
+    async def _learn(self, rooms: Iterable[str]) -> None:
+        await self._distances.learn(rooms, await self._rooms())
+
     async def _show_plan(self, message: ShowPlan, context: Context) -> PlanView:
         del message, context
         if self._episode is None:
@@ -246,6 +259,7 @@ async def run_agent(options: AgentOptions, bus: BusOptions) -> None:
     module = Module("rogue", options=bus, sole=True)
     async with Store(options.folder) as store:
         agent = Agent(module, store, directory, options)
+        await agent.load()
         agent.open_desk()
         async with module:
             module.start(agent.run(), name="rogue.agent")

@@ -156,6 +156,8 @@ class Refusal(enum.StrEnum):
     """Nobody knows where the item is, or where it shall go."""
     DUPLICATE = "duplicate"
     """The same errand is open already, under another id."""
+    TOO_LATE = "too_late"
+    """With all that was accepted before, it cannot be done by its deadline."""
     UNKNOWN_REQUEST = "unknown_request"
     """No request has this id."""
     NOT_READY = "not_ready"
@@ -167,7 +169,7 @@ class Objection(BaseModel):
 
     ``field`` is the message's, ``value`` what it held, ``expected`` what would be right;
     ``other`` is the id of an open request for the same errand; ``question`` is what to ask the
-    user for a room that nobody knows.
+    user for a room that nobody knows; ``earliest`` is when an errand can be done.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -177,6 +179,7 @@ class Objection(BaseModel):
     expected: str
     other: str | None = None
     question: str | None = None
+    earliest: float | None = None
 
 
 class ListRequests(Query[list[DeliveryRequest]]):

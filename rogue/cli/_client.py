@@ -45,6 +45,7 @@ class NotReadyError(NotAcceptedError):
 _KINDS: dict[Refusal, type[NotAcceptedError]] = {
     Refusal.NOT_READY: NotReadyError,
     Refusal.DUPLICATE: DeclinedError,
+    Refusal.TOO_LATE: DeclinedError,
 }
 
 

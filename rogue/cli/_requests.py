@@ -47,6 +47,7 @@ async def request(
     why: str | None = None,
     wait: Annotated[bool, Parameter(negative="")] = False,
     again: Annotated[bool, Parameter(negative="")] = False,
+    anyway: Annotated[bool, Parameter(negative="")] = False,
     id: Annotated[str | None, Parameter(name="--id")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> int:
@@ -70,6 +71,8 @@ async def request(
         Wait for the end: exit code 0 completed, 1 failed, 6 canceled.
     again
         Have an errand done once more that is open already.
+    anyway
+        Have an errand tried that is not expected to be done by its deadline.
     id
         Name of the request; posting one name twice makes one request.
     """
@@ -82,6 +85,7 @@ async def request(
         deadline=deadline,
         why=why,
         again=again,
+        anyway=anyway,
     )
     async with on_bus(flags) as module:
         try:

@@ -48,11 +48,12 @@ class RunningTour:
     """A tour that is kept while errands come and go.
 
     Up to `EXACT_UP_TO` errands it is the best there is. Beyond, what is new is put in where it
-    costs least, and a few of the others are tried elsewhere, in turn.
+    costs least, and ``moves`` of the others are tried elsewhere, in turn.
     """
 
-    def __init__(self, travel: Travel) -> None:
+    def __init__(self, travel: Travel, *, moves: int = MOVES) -> None:
         self._travel = travel
+        self._moves = moves
         self._rooms = Rooms(travel.distance)
         self._order: list[tuple[str, bool]] = []
         self._turn = 0
@@ -107,8 +108,8 @@ class RunningTour:
     def _grown(self, setting: Setting) -> Tour:
         line, new = kept_line(setting, self._order)
         count = len(setting.errands)
-        turns = [(self._turn + step) % count for step in range(min(MOVES, count))]
-        self._turn = (turns[-1] + 1) % count
+        turns = [(self._turn + step) % count for step in range(min(self._moves, count))]
+        self._turn = (self._turn + len(turns)) % count
         return improved(grown(line, new), turns)[1]
 
 

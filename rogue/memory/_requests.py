@@ -20,6 +20,8 @@ _CHANGE = (
     f"warning = CASE WHEN ? THEN NULL ELSE warning END WHERE id = ? AND {_OPEN}"
 )
 
+_WARN = f"UPDATE requests SET warning = ? WHERE id = ? AND {_OPEN}"  # noqa: S608
+
 
 class KeptRequests:
     """The part of the store that holds requests."""
@@ -88,6 +90,14 @@ class KeptRequests:
         """Keep state, end and reason of a request, unless it has ended; says whether it did so."""
         async with self._base.transaction() as link:
             return await write_change(link, request, note)
+
+    async def warn(self, request_id: str, warning: str | None, *, note: str, time: float) -> bool:
+        """Keep what is to be feared for a request, unless it has ended; says whether it did so."""
+        async with self._base.transaction() as link:
+            cursor = await link.execute(_WARN, (warning, request_id))
+            if cursor.rowcount > 0:
+                await write_note(link, request_id, time, note)
+            return cursor.rowcount > 0
 
     async def add_note(self, request_id: str, time: float, text: str) -> None:
         """Keep a sentence on why a request stands where it does."""

@@ -8,7 +8,10 @@ from rogue.requests._directory import Directory, load_directory
 from rogue.requests._entries import Person, read_entries
 from rogue.requests._finger import FingerServer, finger, finger_server
 from rogue.requests._intake import accept, draft, is_same_errand, refuse_duplicate
+from rogue.requests._lateness import TooLateError
+from rogue.requests._outlook import Outlook
 from rogue.requests._plan_file import PlanFile, read_plan
+from rogue.requests._prospects import Prospects
 from rogue.requests._questions import Questions
 from rogue.requests._reception import Reception
 
@@ -16,11 +19,14 @@ __all__ = [
     "Desk",
     "Directory",
     "FingerServer",
+    "Outlook",
     "Person",
     "PlanFile",
+    "Prospects",
     "Questions",
     "Reception",
     "RequestBook",
+    "TooLateError",
     "accept",
     "draft",
     "finger",

@@ -19,8 +19,8 @@ log = logging.getLogger(__name__)
 class RequestBook:
     """All open requests in memory, as they stand on disk.
 
-    ``changed`` is set whenever a request came or ended; who waits on it clears it, and so
-    with ``deadlines_changed``. ``on_change`` is called then too.
+    ``changed`` is set whenever a request came, changed or ended; who waits on it clears it, and
+    so with ``deadlines_changed`` and ``prospects_changed``. ``on_change`` is called then too.
     """
 
     def __init__(self, module: Module, store: Store, directory: Directory) -> None:
@@ -31,6 +31,7 @@ class RequestBook:
         self.on_change: Callable[[], None] = _nothing
         self.changed = asyncio.Event()
         self.deadlines_changed = asyncio.Event()
+        self.prospects_changed = asyncio.Event()
 
     async def load(self) -> None:
         """Read what was open when the agent last ran."""
@@ -126,6 +127,20 @@ class RequestBook:
         if changed is not None:
             await self._take_over(changed)
 
+    async def warn(self, request_id: str, warning: str | None) -> None:
+        """Say what is to be feared for an open request; None: nothing any more."""
+        known = self._open.get(request_id)
+        if known is None:
+            return
+        now = self._module.clock.now()
+        said = warning or "its deadline can be met again"
+        if await self._store.warn(request_id, warning, note=said, time=now):
+            log.info("request %s: %s", request_id, said)
+            # It may have changed, or ended, while this was written.
+            known = self._open.get(request_id)
+            if known is not None:
+                await self._take_over(known.model_copy(update={"warning": warning}))
+
     async def took_effect(self, request: DeliveryRequest) -> None:
         """Take over the state of a request that is on disk already, and tell of it."""
         known = self._open.get(request.id)
@@ -152,6 +167,7 @@ class RequestBook:
     def _wake(self) -> None:
         self.changed.set()
         self.deadlines_changed.set()
+        self.prospects_changed.set()
         self.on_change()
 
 

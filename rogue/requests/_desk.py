@@ -28,6 +28,7 @@ from rogue.messages import (
 from rogue.requests._book import RequestBook
 from rogue.requests._endings import is_carried
 from rogue.requests._intake import is_same_errand, normal, refuse_duplicate
+from rogue.requests._prospects import Prospects
 from rogue.requests._reception import Reception
 from tca_bus import Context, Module, TaskError, TcaError
 
@@ -42,12 +43,18 @@ class Desk:
     """Handlers of the messages in `rogue.messages`."""
 
     def __init__(
-        self, module: Module, store: Store, book: RequestBook, reception: Reception
+        self,
+        module: Module,
+        store: Store,
+        book: RequestBook,
+        reception: Reception,
+        prospects: Prospects,
     ) -> None:
         self._module = module
         self._store = store
         self._book = book
         self._reception = reception
+        self._prospects = prospects
         self._accepting = asyncio.Lock()
         self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
@@ -74,9 +81,12 @@ class Desk:
         rooms = await self._known_rooms()
         now = self._module.clock.now()
         request, filled = await self._reception.complete(message, rooms=rooms, now=now)
+        await self._prospects.get_ready(request)
         async with self._accepting:
             if not message.again:
                 refuse_duplicate(request, self._book.open_requests())
+            if not message.anyway:
+                request, filled = await self._prospects.in_time(request, filled)
             await self._book.add(request, message.why, filled)
         return request
 

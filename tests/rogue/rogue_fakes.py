@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
 from dataclasses import dataclass, field
 
 from navigate.messages import NavigateToGoal, SetPosition
 from rogue.conversation import Conversation
+from rogue.errands import Travel
 from rogue.execution import (
     Believe,
     CheckTray,
@@ -23,7 +24,7 @@ from rogue.execution import (
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome, StepOutcome
-from rogue.requests import Directory, FingerServer, Questions, Reception
+from rogue.requests import Directory, FingerServer, Prospects, Questions, Reception, RequestBook
 from tca_bus import Broadcast, Message, NoHandlerError
 from tca_bus.testing import ManualClock
 from xavier_sim.messages import Ask, Say
@@ -206,3 +207,17 @@ def reception(
     """The desk's help in filling in requests."""
     questions = Questions(module, store, Conversation(module, store))
     return Reception(store=store, directory=directory, questions=questions, server=server)
+
+
+def prospects(module: FakeModule, store: Store, book: RequestBook) -> Prospects:
+    """The desk's view of deadlines, over places in one line, with numbers for names."""
+
+    async def learn(rooms: Iterable[str]) -> None:
+        del rooms
+
+    travel = Travel(distance=_between, speed=0.5, handling=20.0)
+    return Prospects(module=module, store=store, book=book, travel=travel, learn=learn)
+
+
+def _between(start: str, end: str) -> float:
+    return 1.8 * abs(int(start[-2:]) - int(end[-2:]))

@@ -33,6 +33,7 @@ async def running(
     module = FakeModule()
     async with Store(folder) as store:
         agent = Agent(module, store, load_directory(), AgentOptions(folder=folder))
+        await agent.load()
         agent.open_desk()
         module.start(agent.run(), name="agent")
         try:

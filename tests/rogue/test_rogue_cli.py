@@ -6,12 +6,13 @@ import asyncio
 import json
 import os
 import sys
+import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from rogue_fakes import reception
+from rogue_fakes import prospects, reception
 
 from rogue.conversation import Conversation
 from rogue.memory import Facts, Store
@@ -74,7 +75,8 @@ async def agent(tmp_path: Path) -> AsyncIterator[Agent]:
         async def rooms() -> dict[str, tuple[float, float]]:
             return ROOMS
 
-        Desk(module, store, book, reception(module, store, directory)).open(rooms)
+        ready = reception(module, store, directory), prospects(module, store, book)
+        Desk(module, store, book, *ready).open(rooms)
         async with module:
             yield Agent(options, store, book, Conversation(module, store))
 
@@ -146,6 +148,17 @@ async def test_what_is_declined_has_a_code_of_its_own_and_says_why_in_json(agent
     assert (await agent.run(*words, "--id", "b", "--again"))[0] == 0
     code, out, _ = await agent.run("requests", "--user", "mitchell", "--limit", "1", "--json")
     assert [one["id"] for one in json.loads(out)] == ["b"]
+
+
+async def test_a_deadline_that_cannot_be_met_is_declined_with_the_earliest_time(agent: Agent):
+    words = ("request", "delivermail", "--user", "mitchell", "--deadline", "5s", "--id", "a")
+    code, out, err = await agent.run(*words, "--json")
+    assert code == 7
+    assert "is the earliest; name a later one, or --anyway" in err
+    refused = json.loads(out)
+    assert (refused["refused"], refused["field"]) == ("too_late", "deadline")
+    assert refused["earliest"] > time.time() - 60.0
+    assert (await agent.run(*words, "--anyway"))[0] == 0
 
 
 async def test_without_a_terminal_the_robot_asks_for_what_nobody_knows(agent: Agent):

@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from rogue_fakes import FakeModule, reception
+from rogue_fakes import FakeModule, prospects, reception
 
 from rogue.memory import Store
 from rogue.messages import (
@@ -32,7 +32,8 @@ async def module(tmp_path: Path) -> AsyncIterator[FakeModule]:
         async def rooms() -> dict[str, tuple[float, float]]:
             return ROOMS
 
-        Desk(module, store, book, reception(module, store, directory)).open(rooms)
+        ready = reception(module, store, directory), prospects(module, store, book)
+        Desk(module, store, book, *ready).open(rooms)
         yield module
 
 
@@ -124,7 +125,8 @@ async def test_without_a_navigator_a_request_is_refused(tmp_path: Path):
             raise NoHandlerError("navigateRooms")
 
         book = RequestBook(module, store, directory)
-        Desk(module, store, book, reception(module, store, directory)).open(rooms)
+        ready = reception(module, store, directory), prospects(module, store, book)
+        Desk(module, store, book, *ready).open(rooms)
         with pytest.raises(TaskError, match="rooms is not there") as caught:
             await module.ask(post())
         assert caught.value.name == "not_ready"

@@ -1,0 +1,53 @@
+"""When open requests will be done, as far as can be told: from the tour over all of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from rogue.errands import OpenErrand, Promise, RunningTour, Travel
+from rogue.memory import Facts
+from rogue.messages import DeliveryRequest
+from rogue.requests._endings import is_carried
+
+MOVES = 1
+"""Errands that are tried elsewhere at each change of a long tour: it is only looked at."""
+
+
+class Outlook:
+    """The tour that the robot is expected to make."""
+
+    def __init__(self, travel: Travel) -> None:
+        self._tour = RunningTour(travel, moves=MOVES)
+
+    def promise(
+        self,
+        request: DeliveryRequest,
+        others: Iterable[DeliveryRequest],
+        *,
+        facts: Facts,
+        now: float,
+    ) -> Promise:
+        """When a new request can be done, with all that was accepted before."""
+        errands = [_errand(other, facts) for other in others]
+        return self._tour.promise(_errand(request, facts), errands, start=facts.room, now=now)
+
+    def expected(
+        self, requests: Iterable[DeliveryRequest], *, facts: Facts, now: float
+    ) -> dict[str, float]:
+        """When open requests will be done, by their ids, in seconds since the epoch."""
+        errands = [_errand(request, facts) for request in requests]
+        tour = self._tour.update(errands, start=facts.room, now=now)
+        return {stop.key: stop.done for stop in tour.stops if stop.is_delivery}
+
+
+def _errand(request: DeliveryRequest, facts: Facts) -> OpenErrand:
+    """A request as a tour sees it; one that is given up only has to leave the tray."""
+    return OpenErrand(
+        key=request.id,
+        pickup=request.pickup,
+        deliver=request.destination,
+        rank=float(request.rank),
+        deadline=math.inf if request.closing else request.deadline,
+        carried=is_carried(request, facts),
+    )

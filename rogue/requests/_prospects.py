@@ -1,0 +1,92 @@
+"""Deadlines against what is accepted: refused at once, put off, or warned of later."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Awaitable, Callable, Iterable
+
+from rogue.errands import Travel
+from rogue.memory import Store
+from rogue.messages import DeliveryRequest, Filled
+from rogue.requests._book import RequestBook
+from rogue.requests._lateness import TooLateError, warnings
+from rogue.requests._outlook import Outlook
+from tca_bus import Module
+
+log = logging.getLogger(__name__)
+
+LEARN_WITHIN = 3.0
+"""Wall seconds in which distances are asked for; without them straight lines count."""
+
+SLACK = 1.5
+"""A default deadline that cannot be met is put off to so many times the time that is needed."""
+
+SHARE = 0.1
+"""Share of the time that may go into looking at a long tour again and again."""
+
+Learn = Callable[[Iterable[str]], Awaitable[None]]
+"""Finds out how far it is between rooms."""
+
+
+class Prospects:
+    """Says when requests can be done, and what is to be feared for those that were accepted."""
+
+    def __init__(
+        self, *, module: Module, store: Store, book: RequestBook, travel: Travel, learn: Learn
+    ) -> None:
+        self._module = module
+        self._store = store
+        self._book = book
+        self._outlook = Outlook(travel)
+        self._learn = learn
+
+    async def get_ready(self, request: DeliveryRequest) -> None:
+        """Learn the distances that a new request brings in."""
+        facts = await self._store.facts()
+        rooms = {request.pickup, request.deliver, *({facts.room} if facts.room else ())}
+        rooms |= {room for r in self._book.open_requests() for room in (r.pickup, r.deliver)}
+        try:
+            async with asyncio.timeout(LEARN_WITHIN):
+                await self._learn(rooms)
+        except TimeoutError:
+            log.warning("the navigator does not say how far it is; straight lines count")
+
+    async def in_time(
+        self, request: DeliveryRequest, filled: tuple[Filled, ...]
+    ) -> tuple[DeliveryRequest, tuple[Filled, ...]]:
+        """A new request, if it can be done in time; its deadline is put off if it is a default.
+
+        Raises:
+            TooLateError: it cannot.
+        """
+        facts, now = await self._store.facts(), self._module.clock.now()
+        others = self._book.open_requests()
+        promise = self._outlook.promise(request, others, facts=facts, now=now)
+        if promise.can_be_kept:
+            return request, filled
+        if not any(one.slot == "deadline" and one.source == "default" for one in filled):
+            raise TooLateError(request.deadline, earliest=promise.earliest, alone=promise.alone)
+        minutes = max(1, round(SLACK * (promise.earliest - now) / 60.0))
+        put_off = Filled(slot="deadline", value=f"{minutes}min", source="default")
+        kept = tuple(one for one in filled if one.slot != "deadline")
+        later = request.model_copy(update={"deadline": now + 60.0 * minutes})
+        return later, (*kept, put_off)
+
+    async def watch(self) -> None:
+        """Tell of requests that will be late, whenever something has changed, until cancelled."""
+        while True:
+            await self._book.prospects_changed.wait()
+            self._book.prospects_changed.clear()
+            began = time.monotonic()
+            await self.review()
+            await asyncio.sleep((time.monotonic() - began) / SHARE)
+
+    async def review(self) -> None:
+        """Look at all open requests once, and tell of those that will be late."""
+        facts, now = await self._store.facts(), self._module.clock.now()
+        requests = self._book.open_requests()
+        expected = self._outlook.expected(requests, facts=facts, now=now)
+        for request, warning in warnings(requests, expected, now):
+            await self._book.warn(request.id, warning)
