@@ -1,7 +1,10 @@
-"""Scripts that play in a whole office: the papers' scenarios."""
+"""Scripts that play in a whole office: the papers' scenarios, and a day with many users."""
 
 from __future__ import annotations
 
+from rogue.scenarios._day_plan import DayPlan, Kind, Post, Staff, make_day
+from rogue.scenarios._day_run import DayRun
+from rogue.scenarios._day_verdict import DayRecord, Handover, counts, differences, faults
 from rogue.scenarios._measurements import Measurements, Observer
 from rogue.scenarios._papers import EPOCH, SCENARIOS, SENDING, VERIFYING, Scenario
 from rogue.scenarios._prompter import Prompter
@@ -12,10 +15,21 @@ __all__ = [
     "SCENARIOS",
     "SENDING",
     "VERIFYING",
+    "DayPlan",
+    "DayRecord",
+    "DayRun",
+    "Handover",
+    "Kind",
     "Measurements",
     "Observer",
+    "Post",
     "Prompter",
     "Scenario",
+    "Staff",
     "Stage",
+    "counts",
+    "differences",
+    "faults",
+    "make_day",
     "stage",
 ]

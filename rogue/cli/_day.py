@@ -1,0 +1,161 @@
+"""The command that plays a whole day with many users."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from navigate.messages import Rooms
+from rogue.cli._folders import make_folder
+from rogue.memory import FILE_NAME
+from rogue.office import OfficeOptions
+from rogue.requests import Directory, load_directory
+from rogue.scenarios import (
+    DayPlan,
+    DayRecord,
+    DayRun,
+    Staff,
+    counts,
+    differences,
+    faults,
+    make_day,
+    stage,
+)
+from tca_bus import ConfigError, TcaError
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
+
+EPOCH = "1996-03-04T09:00:00"
+
+
+class DayFailedError(TcaError):
+    """A request did not end as it should, or the day went otherwise with the planner killed."""
+
+
+async def day(
+    *,
+    users: Annotated[int, Parameter(validator=Number(gte=1, lte=12))] = 10,
+    requests: Annotated[int, Parameter(validator=Number(gte=1, lte=90))] = 60,
+    hours: Annotated[float, Parameter(validator=Number(gt=0, lte=24))] = 2.0,
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 1,
+    kills: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 0,
+    data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Play a day with many users in an office of its own, and check how every request ended.
+
+    Users post errands, urgent and impossible ones among them, take some back, doors are closed
+    and opened, and one person in five does not answer. The same seed makes the same day. Prints
+    how the requests of each kind ended and why; exit code 1 if one ended as it should not.
+
+    Parameters
+    ----------
+    users
+        How many people post requests.
+    requests
+        How many they post.
+    hours
+        Simulated hours in which they post them.
+    seed
+        Of the script and of everything random in the simulated world, 0 or more.
+    kills
+        Play the day once more, killing the planner so many times; it must end the same.
+    data
+        Folder for what is kept, and for the logs; a temporary one if not given.
+    """
+    with tempfile.TemporaryDirectory(prefix="rogue-day-") as temporary:
+        folder = make_folder(data or Path(temporary))
+        numbers = {"users": users, "requests": requests, "hours": hours, "seed": seed}
+        plan, record = await _play(folder / "undisturbed", numbers, 0, flags)
+        wrong = faults(plan, record)
+        report: dict[str, Any] = {**numbers, "undisturbed": _document(plan, record), "wrong": wrong}
+        _show(plan, record, flags)
+        if kills:
+            plan, again = await _play(folder / "killed", numbers, kills, flags)
+            other = faults(plan, again) + differences(plan, record, again)
+            wrong += other
+            report |= {"killed": _document(plan, again), "kills": again.kills}
+            _show(plan, again, flags)
+        if flags.json:
+            emit_json(report)
+    if wrong:
+        raise DayFailedError("; ".join(wrong))
+    if not flags.json:
+        emit("Every request ended as it should.")
+
+
+async def _play(
+    folder: Path, numbers: dict[str, Any], kills: int, flags: BusFlags
+) -> tuple[DayPlan, DayRecord]:
+    if (make_folder(folder) / FILE_NAME).exists():
+        raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
+    options = OfficeOptions(
+        data=folder,
+        seed=numbers["seed"],
+        speed="max",
+        silence=0.0,
+        epoch=EPOCH,
+        log_level=flags.level,
+    )
+    console = sys.stderr if flags.verbose else None
+    async with stage(options, realm=flags.realm, console=console) as office:
+        rooms = [one.room for one in await office.module.query(Rooms(), timeout=30.0)]
+        plan = make_day(staff(load_directory()), rooms=rooms, **numbers)
+        return plan, await DayRun(office, plan, kills=kills, progress=note).play()
+
+
+def staff(directory: Directory) -> Staff:
+    """The people directory as the script needs it."""
+    return Staff(
+        rooms={user: person.room for user, person in directory.people.items()},
+        ranks={user: person.rank for user, person in directory.people.items()},
+        ends={
+            (user, item): directory.ends(user, item)
+            for user in directory.people
+            for item in directory.items
+            if len(set(directory.ends(user, item))) == 2
+        },
+    )
+
+
+def _show(plan: DayPlan, record: DayRecord, flags: BusFlags) -> None:
+    if flags.json:
+        return
+    rows = [
+        (kind.value, count, outcome)
+        for kind, outcomes in sorted(counts(plan, record).items())
+        for outcome, count in sorted(outcomes.items())
+    ]
+    show_table(("kind", "requests", "ended"), rows)
+    emit("")
+    reasons = [
+        (post.id, post.kind.value, record.outcome(post.id), record.reason(post.id))
+        for post in plan.posts
+        if record.reason(post.id)
+    ]
+    show_table(("id", "kind", "ended", "reason"), reasons)
+    killed = f", the planner killed {record.kills} times" if record.kills else ""
+    emit(
+        f"\nSimulated {record.seconds / 3600.0:.2f} h, driven {record.metres:.0f} m, "
+        f"{len(record.handovers)} items handed over{killed}.\n"
+    )
+
+
+def _document(plan: DayPlan, record: DayRecord) -> dict[str, Any]:
+    return {
+        "seconds": round(record.seconds, 1),
+        "metres": round(record.metres, 1),
+        "requests": [
+            {
+                "id": post.id,
+                "kind": post.kind.value,
+                "ended": record.outcome(post.id),
+                "reason": record.reason(post.id) or None,
+            }
+            for post in plan.posts
+        ],
+    }

@@ -1,0 +1,188 @@
+"""A day as it is played in a whole office, with the planner killed now and then."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import random
+import signal
+from collections.abc import Callable, Sequence
+
+from rogue.absence import persist
+from rogue.messages import (
+    CancelRequest,
+    ListRequests,
+    PostRequest,
+    RequestChanged,
+)
+from rogue.scenarios._day_plan import DayEvent, DayPlan, DoorMove, Post, TakeBack
+from rogue.scenarios._day_verdict import DayRecord, Handover
+from rogue.scenarios._stage import Stage
+from tca_bus import HandlerFailedError, Subscription, TimedOutError
+from xavier_sim.messages import ItemMoved, MoveDoor, MovePerson, WhereReally
+
+log = logging.getLogger(__name__)
+
+PLANNER = "rogue"
+
+STUCK = 240.0
+"""Wall seconds without any news after which the day is given up."""
+
+LOOK_AGAIN = 2.0
+"""Wall seconds after which open requests are looked at again: a broadcast may be missed."""
+
+Progress = Callable[[str], None]
+
+
+class DayStuckError(TimedOutError):
+    """Nothing happens any more, and requests are still open."""
+
+
+class DayRun:
+    """Plays a script in an office and notes what is seen.
+
+    Time moves by what the robot does; between errands, when nobody does anything, by the waiting
+    for the next event.
+    """
+
+    def __init__(self, stage: Stage, plan: DayPlan, *, kills: int, progress: Progress) -> None:
+        self._module, self._launcher = stage.module, stage.launcher
+        self._plan = plan
+        self._progress = progress
+        self._kills = _moments(plan, kills)
+        self.record = DayRecord()
+
+    async def play(self) -> DayRecord:
+        """Play the script to its end, and until every request has ended.
+
+        Raises:
+            DayStuckError: it does not come to an end.
+            TcaError: the office fell apart.
+        """
+        clock = self._module.clock
+        await clock.wait_ready(STUCK)
+        truth = await self._module.query(WhereReally())
+        self.record.begun = truth.time
+        async with (
+            self._module.subscribe(ItemMoved) as moved,
+            self._module.subscribe(RequestChanged) as changes,
+            asyncio.TaskGroup() as group,
+        ):
+            watching = group.create_task(self._watch_items(moved), name="day.items")
+            await self._set_scene()
+            for at, event in self._events():
+                await self._until(self.record.begun + at, changes)
+                await self._do(event)
+            await self._until(None, changes)
+            watching.cancel()
+        await self._conclude(truth.metres)
+        return self.record
+
+    def _events(self) -> Sequence[tuple[float, DayEvent | None]]:
+        kills: list[tuple[float, DayEvent | None]] = [(at, None) for at in self._kills]
+        events: list[tuple[float, DayEvent | None]] = [(e.at, e) for e in self._plan.events()]
+        return sorted(kills + events, key=lambda pair: pair[0])
+
+    async def _set_scene(self) -> None:
+        for room in sorted(self._plan.silent):
+            await self._module.query(MovePerson(room=room, present=False))
+
+    async def _until(self, when: float | None, changes: Subscription[RequestChanged]) -> None:
+        """Wait for a time; without one, until no request is open."""
+        clock = self._module.clock
+        while await self._open_requests():
+            if when is not None and clock.now() >= when:
+                return
+            if when is None:
+                await _news(changes)
+                continue
+            watch = asyncio.create_task(clock.watch_until(when), name="day.watch")
+            news = asyncio.create_task(_news(changes), name="day.news")
+            try:
+                await asyncio.wait({watch, news}, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for task in (watch, news):
+                    task.cancel()
+                    with contextlib.suppress(asyncio.CancelledError):
+                        await task
+        if when is not None:
+            await clock.sleep_until(when)
+
+    async def _open_requests(self) -> int:
+        found = await persist(lambda: self._module.query(ListRequests(open_only=True)))
+        return len(found)
+
+    async def _do(self, event: DayEvent | None) -> None:
+        match event:
+            case None:
+                await self._kill()
+            case Post():
+                await self._post(event)
+            case TakeBack():
+                await self._take_back(event)
+            case DoorMove():
+                await self._module.query(MoveDoor(room=event.room, open=event.open))
+
+    async def _post(self, post: Post) -> None:
+        message = PostRequest(
+            id=post.id,
+            user=post.user,
+            item=post.item,
+            pickup=post.pickup,
+            deliver=post.deliver,
+            deadline=f"+{post.deadline:.0f}s",
+        )
+        try:
+            await persist(lambda: self._module.query(message))
+        except HandlerFailedError as error:
+            self.record.refused[post.id] = (error.failure.name, error.failure.text)
+            self._progress(f"{post.id} refused: {error.failure.text}")
+        else:
+            self._progress(f"{post.id} posted: {post.item} for {post.user}")
+
+    async def _take_back(self, change: TakeBack) -> None:
+        if change.id in self.record.refused:
+            return
+        order = CancelRequest(id=change.id, item=change.item)
+        await persist(lambda: self._module.query(order))
+        self._progress(f"{change.id} taken back, {change.item}")
+
+    async def _kill(self) -> None:
+        pid = self._launcher.pid(PLANNER)
+        if pid is None:
+            return
+        before = self._launcher.restarts(PLANNER)
+        os.kill(pid, signal.SIGKILL)
+        self.record.kills += 1
+        self._progress("the planner is killed")
+        await self._launcher.wait_restarted(PLANNER, beyond=before)
+
+    async def _watch_items(self, moved: Subscription[ItemMoved]) -> None:
+        async for one in moved:
+            at = round(one.time - self.record.begun, 1)
+            self.record.handovers.append(Handover(at, one.action, one.user, one.item, one.room))
+
+    async def _conclude(self, metres: float) -> None:
+        truth = await self._module.query(WhereReally())
+        self.record.seconds = truth.time - self.record.begun
+        self.record.metres = truth.metres - metres
+        for one in await persist(lambda: self._module.query(ListRequests())):
+            self.record.ended[one.id] = one
+
+
+async def _news(changes: Subscription[RequestChanged]) -> None:
+    """Wait until a request has ended, or for a while."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(LOOK_AGAIN):
+            async for change in changes:
+                if change.request.state.is_final:
+                    return
+
+
+def _moments(plan: DayPlan, kills: int) -> list[float]:
+    """When the planner is killed: seconds from the start, while there is something to do."""
+    rng = random.Random(f"kills {plan.seed}")
+    first, last = plan.posts[0].at, plan.posts[-1].at
+    return sorted(round(rng.uniform(first, last), 1) for _ in range(kills))
