@@ -13,6 +13,10 @@ COMMANDS = {
         "_demo:demo",
         "Play a scenario of the papers in an office of its own.",
     ),
+    "day": (
+        "_day:day",
+        "Play a day with many users in an office of its own, and check how it ended.",
+    ),
     "request": ("_requests:request", "Ask the robot for an errand."),
     "requests": ("_requests:requests", "List the requests, the oldest first."),
     "show": ("_requests:show", "Show one request with the steps that were carried out for it."),
