@@ -110,16 +110,19 @@ async def _play(
 
 def staff(directory: Directory) -> Staff:
     """The people directory as the script needs it."""
-    return Staff(
-        rooms={user: person.room for user, person in directory.people.items()},
-        ranks={user: person.rank for user, person in directory.people.items()},
-        ends={
-            (user, item): directory.ends(user, item)
-            for user in directory.people
-            for item in directory.items
-            if len(set(directory.ends(user, item))) == 2
-        },
-    )
+    rooms = {user: person.room for user, person in directory.people.items() if person.room}
+    errands = ((user, item) for user in rooms for item in directory.items)
+    ends = {errand: _ends(directory, *errand) for errand in errands}
+    return Staff(rooms=rooms, ends={errand: two for errand, two in ends.items() if two})
+
+
+def _ends(directory: Directory, user: str, item: str) -> tuple[str, str] | None:
+    """The two rooms of an errand; None where it has none, or only one."""
+    pickup = directory.usual("pickup", user, item)
+    deliver = directory.usual("deliver", user, item)
+    if pickup is None or deliver is None or pickup.value == deliver.value:
+        return None
+    return pickup.value, deliver.value
 
 
 def _show(plan: DayPlan, record: DayRecord, flags: BusFlags) -> None:

@@ -35,7 +35,7 @@ class Kind(enum.StrEnum):
     ORDINARY = "ordinary"
     """It has hours."""
     URGENT = "urgent"
-    """It has half an hour, and comes from somebody important."""
+    """It has half an hour."""
     HURRIED = "hurried"
     """Its deadline cannot be met."""
     UNREACHABLE = "unreachable"
@@ -108,10 +108,9 @@ class DayPlan:
 
 @dataclass(frozen=True, slots=True)
 class Staff:
-    """Who may ask for what: the people with rank and room, the things with their two rooms."""
+    """Who may ask for what: the people with their rooms, the things with where they go."""
 
     rooms: Mapping[str, str]
-    ranks: Mapping[str, int]
     ends: Mapping[tuple[str, str], tuple[str, str]]
 
 
