@@ -10,6 +10,7 @@ from pathlib import Path
 
 DOCUMENTS = Path(__file__).parents[2] / "docs"
 
+FILE = re.compile(r"```\w+ (?P<name>\S+)\n(?P<text>.*?)```", re.DOTALL)
 PROGRAM = re.compile(r"```python\n(?P<source>.*?)```(?:\n+```text\n(?P<output>.*?)```)?", re.DOTALL)
 
 SETTINGS = "[pytest]\nasyncio_mode = auto\nasyncio_default_fixture_loop_scope = function\n"
@@ -20,12 +21,17 @@ PYTEST = ("-m", "pytest", "-q", "-p", "no:xdist", "-W", "error")
 
 @dataclass(frozen=True)
 class Program:
-    """A program of a page; ``output`` is what the page says that it prints."""
+    """A program of a page.
+
+    ``output`` is what the page says that it prints, ``files`` what the page says to save before,
+    by name.
+    """
 
     page: str
     number: int
     source: str
     output: str | None
+    files: tuple[tuple[str, str], ...] = ()
 
     @property
     def is_test_file(self) -> bool:
@@ -35,6 +41,8 @@ class Program:
         """Run it as a reader would; gives the exit code, the output and the complaints."""
         path = folder / ("test_shown.py" if self.is_test_file else "shown.py")
         path.write_text(self.source, encoding="utf-8")
+        for name, text in self.files:
+            (folder / name).write_text(text, encoding="utf-8")
         (folder / "pytest.ini").write_text(SETTINGS, encoding="utf-8")
         arguments = (*PYTEST, str(folder)) if self.is_test_file else (str(path),)
         process = await asyncio.create_subprocess_exec(
@@ -48,10 +56,14 @@ class Program:
 
 
 def programs(page: str) -> list[Program]:
-    """The programs of a page, each with the block of output that follows it."""
+    """The programs of a page, each with the block of output that follows it.
+
+    A block with a name behind its language is a file that is there for all programs.
+    """
     text = (DOCUMENTS / page).read_text(encoding="utf-8")
+    files = tuple((match["name"], match["text"]) for match in FILE.finditer(text))
     found = PROGRAM.finditer(text)
     return [
-        Program(page, number, match["source"], match["output"])
+        Program(page, number, match["source"], match["output"], files)
         for number, match in enumerate(found)
     ]

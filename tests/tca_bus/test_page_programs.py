@@ -6,8 +6,9 @@ import pytest
 from page_programs import programs
 
 SCRIPTS = programs("guide.md")
+PLANS = programs("planner.md")
 TEST_FILES = programs("testing.md")
-ALL = [*SCRIPTS, *TEST_FILES]
+ALL = [*SCRIPTS, *PLANS, *TEST_FILES]
 
 pytestmark = [pytest.mark.bus, pytest.mark.process]
 
@@ -22,6 +23,7 @@ async def test_a_program_does_what_its_page_says(program, tmp_path):
 
 def test_every_page_has_its_programs():
     assert len(SCRIPTS) >= 11
+    assert len(PLANS) >= 11
     assert len(TEST_FILES) >= 3
-    assert not any(program.is_test_file or not program.output for program in SCRIPTS)
+    assert not any(one.is_test_file or not one.output for one in [*SCRIPTS, *PLANS])
     assert all(program.is_test_file for program in TEST_FILES)
