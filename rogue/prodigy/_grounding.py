@@ -42,23 +42,34 @@ class World:
     state: State
 
     def combinations(
-        self, specs: tuple[VariableSpec, ...], bindings: Bindings, given: Given = ()
+        self,
+        specs: tuple[VariableSpec, ...],
+        bindings: Bindings,
+        given: Given = (),
+        hints: Given = (),
     ) -> Iterator[dict[str, Value]]:
         """Yield ``bindings`` extended by every combination of values of ``specs``.
 
         Variables take their values in the order declared, but after those that their functions
         ask for. Every function is asked as soon as all its arguments have values.
+
+        Args:
+            specs: The variables; those that ``bindings`` has are only checked.
+            bindings: What is bound already.
+            given: What must hold now.
+            hints: Whose facts have the values of a variable of infinite type that neither a
+                generator nor ``given`` knows.
         """
         free = tuple(spec for spec in specs if spec.name not in bindings)
         bound = [(call, s) for s in specs if s.name in bindings for call in s.calls]
         if all(self._may_hold(r, bindings) for r in given):
-            yield from self._extended(free, dict(bindings), given, bound)
+            yield from self._extended(free, dict(bindings), (given, hints), bound)
 
     def _extended(
         self,
         free: tuple[VariableSpec, ...],
         bindings: dict[str, Value],
-        given: Given,
+        known: tuple[Given, Given],
         unasked: list[tuple[Call, VariableSpec]],
     ) -> Iterator[dict[str, Value]]:
         waiting = [(call, s) for call, s in unasked if not _is_ready(call, s, bindings)]
@@ -69,13 +80,13 @@ class World:
             return
         spec = _next_variable(free, bindings)
         others = tuple(s for s in free if s is not spec)
-        mine = tuple(r for r in given if spec.name in r.variables)
-        generating, values = self._candidates(spec, bindings, mine)
+        mine, hints = (tuple(r for r in g if spec.name in r.variables) for g in known)
+        generating, values = self._candidates(spec, bindings, mine, hints)
         waiting.extend((call, spec) for call in spec.calls if call is not generating)
         for value in values:
             extended = {**bindings, spec.name: value}
             if all(self._may_hold(r, extended) for r in mine):
-                yield from self._extended(others, extended, given, waiting)
+                yield from self._extended(others, extended, known, waiting)
 
     def _may_hold(self, requirement: Requirement, bindings: Bindings) -> bool:
         if not all(name in bindings for name in requirement.variables):
@@ -83,7 +94,7 @@ class World:
         return self.state.holds(requirement.atom.ground(bindings, positive=requirement.positive))
 
     def _candidates(
-        self, spec: VariableSpec, bindings: Bindings, given: Given
+        self, spec: VariableSpec, bindings: Bindings, given: Given, hints: Given
     ) -> tuple[Call | None, Iterable[Value]]:
         """Return the values to try, and the function that needs not be asked of them again."""
         for call in spec.calls:
@@ -95,6 +106,7 @@ class World:
                 return call, [value for value in values if self.fits(value, spec)]
         atoms = [r.atom for r in given if r.positive]
         if self.domain.types.infinite_of(spec.types):
+            atoms = atoms or [r.atom for r in hints if r.positive]
             return None, self._in_facts(spec, atoms, bindings)
         objects = self.objects.of(spec.types)
         few = [a for a in atoms if self._size(a, bindings) < len(objects)]

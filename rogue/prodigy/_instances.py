@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rogue.prodigy._domain import Effect, Operator
 from rogue.prodigy._effects import achieves
-from rogue.prodigy._expressions import TRUE, And, Expression, Holds, VariableSpec
+from rogue.prodigy._expressions import TRUE, And, Expression, Holds, VariableSpec, required
 from rogue.prodigy._grounding import World
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._terms import Atom, Literal, Value
@@ -21,29 +21,37 @@ def instances_for(operator: Operator, goal: Literal, world: World) -> Iterator[I
     """Yield the instances of ``operator`` that make ``goal`` true, each once.
 
     Static preconditions and the functions of the variables' types filter them. The condition of
-    a conditional effect becomes part of the preconditions. The variables of an effect are not
-    bound: it comes about for all their values.
+    a conditional effect becomes part of the preconditions. Variables of the effects range over
+    all objects when the instance is applied, whatever the goal says of them, unless they are
+    parameters or of infinite type.
     """
     seen: set[tuple[object, ...]] = set()
-    own = {spec.name for spec in operator.variables}
     for effect, bound in _unified(operator, goal, world):
         specs = operator.variables + effect.variables
         condition = And((operator.precondition, effect.condition))
-        for bindings in world.combinations(specs, bound, world.static(condition)):
+        given, hints = world.static(condition), required(condition)
+        ranging = _ranging(operator, effect, world)
+        for bindings in world.combinations(specs, bound, given, hints):
             for literals in world.branches(condition, bindings):
-                kept = {name: value for name, value in bindings.items() if name in own}
-                instance = Instance(operator, kept, literals, goal)
-                key = (tuple(sorted(kept.items())), literals)
+                own = {name: v for name, v in bindings.items() if name not in ranging}
+                instance = Instance(operator, own, literals, goal)
+                key = (tuple(sorted(own.items())), literals)
                 if key not in seen and _possible(literals, world):
                     seen.add(key)
                     if achieves(instance, goal, world):
                         yield instance
 
 
+def _ranging(operator: Operator, effect: Effect, world: World) -> frozenset[str]:
+    infinite_of = world.domain.types.infinite_of
+    mine = (spec for spec in effect.variables if not infinite_of(spec.types))
+    return frozenset(spec.name for spec in mine).difference(operator.params)
+
+
 def all_instances(operator: Operator, world: World) -> Iterator[Instance]:
     """Yield every instance of ``operator`` whose static preconditions hold."""
-    static = world.static(operator.precondition)
-    for bindings in world.combinations(operator.variables, {}, static):
+    given, hints = world.static(operator.precondition), required(operator.precondition)
+    for bindings in world.combinations(operator.variables, {}, given, hints):
         for literals in world.branches(operator.precondition, bindings):
             if _possible(literals, world):
                 yield Instance(operator, bindings, literals)

@@ -29,9 +29,10 @@ from rogue.prodigy._forms import (
     number,
     parts,
 )
-from rogue.prodigy._functions import GEN_FROM_PRED, Function
+from rogue.prodigy._functions import GEN_FROM_PRED, Function, Generator
 from rogue.prodigy._parse_types import COMBINATIONS, parse_type_spec
 from rogue.prodigy._reader import Form, Node, Word
+from rogue.prodigy._signatures import Signatures
 from rogue.prodigy._terms import Atom, Term, Variable
 from rogue.prodigy._types import TypeSpec, TypeTree
 
@@ -53,6 +54,7 @@ class Vocabulary:
         predicates: Arity of each predicate seen so far.
         objects: Known objects; None where any name is taken as one.
         closed: Whether a predicate that is not in ``predicates`` is an error.
+        signatures: Types that arguments must have, where that is known.
     """
 
     types: TypeTree
@@ -60,6 +62,7 @@ class Vocabulary:
     predicates: dict[str, int] = field(default_factory=dict)
     objects: Mapping[str, str] | None = None
     closed: bool = False
+    signatures: Signatures = field(default_factory=dict)
 
     def term(self, node: Node, scope: Scope) -> Term:
         """Return a variable of ``scope``, an object or a number."""
@@ -95,8 +98,11 @@ class Vocabulary:
             fail(form, "the name of a predicate after '('")
         name = head(form)
         terms = tuple(self.term(item, scope) for item in form.items[1:])
-        check = self.check_known if is_fact else self.check_predicate
-        check(form, name, len(terms))
+        if is_fact:
+            self.check_known(form, name, len(terms))
+        else:
+            self.check_predicate(form, name, len(terms))
+            self._check_types(form, name, terms)
         return Atom(name, terms)
 
     def check_predicate(self, form: Form, name: str, count: int) -> None:
@@ -106,6 +112,15 @@ class Vocabulary:
         arity = self.predicates.setdefault(name, count)
         if arity != count:
             fail(form, f"{arity} arguments for {name}, not {count}")
+
+    def _check_types(self, form: Form, name: str, terms: tuple[Term, ...]) -> None:
+        """Fail for an object that no operator speaks of in its place."""
+        signature = self.signatures.get(name, ())
+        for at, (term, members) in enumerate(zip(terms, signature, strict=False), start=1):
+            kind = (self.objects or {}).get(term) if isinstance(term, str) else None
+            if kind is not None and members is not None and kind not in members:
+                wanted = str(self.types.spec(members))
+                fail(form.items[at], f"an object of type {wanted} in {name}, not of type {kind}")
 
     def check_known(self, form: Form, name: str, count: int) -> None:
         """Do as ``check_predicate``, but take in a predicate that is like no other."""
@@ -188,6 +203,10 @@ class Vocabulary:
             return Call(name, (), self.atom(pattern, scope))
         self.function(first(form))
         return Call(name, tuple(self.term(item, scope) for item in form.items[1:]))
+
+    def generates(self, call: Call) -> bool:
+        """Say whether a call gives values rather than tests them."""
+        return call.pattern is not None or isinstance(self.functions[call.function], Generator)
 
     def function(self, node: Node) -> str:
         """Return the name of a registered function."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from rogue.prodigy._domain import Effect, InferenceMode, InferenceRule, Operator
-from rogue.prodigy._expressions import TRUE, And, Expression, VariableSpec, atoms
+from rogue.prodigy._expressions import TRUE, And, Expression, VariableSpec, atoms, required
 from rogue.prodigy._forms import as_form, as_list, as_word, fail, first, head, is_variable, parts
 from rogue.prodigy._parse_expression import Scope, Vocabulary
 from rogue.prodigy._reader import Form, Node, Word
@@ -51,8 +51,29 @@ def _operator(form: Form, name: Word, allowed: tuple[str, ...], words: Vocabular
     variables, precondition = _preconds(sections["preconds"], words)
     scope = frozenset(v.name for v in variables)
     locals_, effects = _effects(sections["effects"], words, scope)
-    params = _params(sections.get("params"), (*variables, *locals_))
+    params = tuple(spec.name for spec in variables)
+    if "params" in sections:
+        params = _params(sections["params"], {spec.name for spec in (*variables, *locals_)})
+    for spec in variables:
+        _check_bindable(sections["preconds"], spec, precondition, effects, words)
     return Operator(name.text, params, variables, precondition, effects)
+
+
+def _check_bindable(
+    section: Form,
+    spec: VariableSpec,
+    precondition: Expression,
+    effects: tuple[Effect, ...],
+    words: Vocabulary,
+) -> None:
+    """Fail for a variable of infinite type for which nothing can ever give a value."""
+    infinite = words.types.infinite_of(spec.types)
+    if not infinite or any(words.generates(call) for call in spec.calls):
+        return
+    facts = {name for r in required(precondition) if r.positive for name in r.variables}
+    if spec.name not in facts.union(*(effect.atom.variables() for effect in effects)):
+        expected = f"a generator, an effect or a precondition that gives {spec.name} its value"
+        fail(section, f"{expected}, since {infinite[0]} is infinite")
 
 
 def _sections(form: Form, allowed: tuple[str, ...]) -> dict[str, Form]:
@@ -107,14 +128,10 @@ def _asks_for(rule: InferenceRule) -> set[str]:
     return generated | {atom.predicate for c in conditions for atom in atoms(c)}
 
 
-def _params(section: Form | None, variables: tuple[VariableSpec, ...]) -> tuple[str, ...]:
-    """Return the names shown with the operator; all, if the text does not say."""
-    known = tuple(dict.fromkeys(spec.name for spec in variables))
-    if section is None:
-        return known
+def _params(section: Form, known: set[str]) -> tuple[str, ...]:
     for node in section.items[1:]:
         if not is_variable(node) or as_word(node, "a variable").text not in known:
-            fail(node, "a variable declared in preconds or effects", known)
+            fail(node, "a variable declared in preconds or effects", sorted(known))
     return tuple(as_word(node, "a variable").text for node in section.items[1:])
 
 

@@ -13,6 +13,7 @@ from rogue.prodigy._parse_expression import NEGATIONS, Vocabulary
 from rogue.prodigy._parse_types import parse_objects
 from rogue.prodigy._problem import Problem
 from rogue.prodigy._reader import Form, Node, read
+from rogue.prodigy._signatures import signatures
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._types import Objects
@@ -34,7 +35,14 @@ def parse_problem(text: str, domain: Domain, *, file: str = "problem") -> Proble
     types_of = dict(domain.constants)
     if "objects" in sections:
         types_of.update(parse_objects(sections["objects"].items[1:], domain.types))
-    words = Vocabulary(domain.types, domain.functions, dict(domain.predicates), types_of, True)
+    words = Vocabulary(
+        domain.types,
+        domain.functions,
+        dict(domain.predicates),
+        types_of,
+        closed=True,
+        signatures=signatures(domain),
+    )
     facts = tuple(_facts(sections.get("state"), words))
     variables, goal = _goal(sections["goal"], words)
     name = sections.get("name")
