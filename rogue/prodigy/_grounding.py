@@ -98,7 +98,7 @@ class World:
     ) -> tuple[Call | None, Iterable[Value]]:
         """Return the values to try, and the function that needs not be asked of them again."""
         for call in spec.calls:
-            if call.pattern is not None:
+            if call.pattern is not None and spec.name in call.variables():
                 is_whole = _is_ready(call, spec, bindings)
                 return (call if is_whole else None), self._in_facts(spec, [call.pattern], bindings)
             if self.is_generator(call) and _is_ready(call, spec, bindings):
