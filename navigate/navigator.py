@@ -116,6 +116,12 @@ class Navigator:
             recoveries=len(drive.troubles),
         )
 
+    def hear_opened(self, room: str) -> None:
+        """Forget that the doors of a room, or a door of that name, were found shut."""
+        for door in self.planner.floor.doors.values():
+            if room in {door.name, *door.spaces}:
+                self.memory.opened(door.name)
+
     def set_position(self, room: str) -> Position:
         """Believe to be at ``room``, as somebody said who sees the robot there.
 

@@ -42,7 +42,7 @@ from tca_bus import (
     TaskContext,
     TaskError,
 )
-from xavier_sim.messages import Drive, Sensors
+from xavier_sim.messages import DoorMoved, Drive, Sensors
 
 NAME = "navigate"
 SAVE_SECONDS = 1.0
@@ -83,6 +83,7 @@ class NavigateService:
         self._unheard, self._faults = 0, 0
         self._measuring = asyncio.Lock()
         self.module.serve(Sensors, self._on_sensors)
+        self.module.serve(DoorMoved, self._on_door_moved)
         self.module.serve(NavigateToGoal, self._on_goal)
         self.module.serve(SetPosition, self._on_set_position)
         self.module.serve(WhereAmI, self._on_where)
@@ -116,6 +117,10 @@ class NavigateService:
             if self._errand is not None and self._errand.done:
                 self._ended.set()
         await self._answer(sensors)
+
+    async def _on_door_moved(self, moved: DoorMoved, _context: Context) -> None:
+        if moved.open:
+            self._navigator.hear_opened(moved.room)
 
     async def _refuse(self, sensors: Sensors, fault: str) -> None:
         """Stand still on readings that are useless, and say so once."""

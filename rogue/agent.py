@@ -30,7 +30,8 @@ from rogue.execution import (
     layered,
 )
 from rogue.memory import Store
-from rogue.messages import PlanView, RequestState, ShowPlan
+from rogue.messages import MonitorView, PlanView, RequestState, ShowPlan
+from rogue.monitors import MonitorRegistry, office_monitors
 from rogue.planning import Rules
 from rogue.requests import (
     Desk,
@@ -109,8 +110,9 @@ class Agent:
         self._agenda = Agenda(
             travel=travel,
             metric=options.metric,
-            now=module.clock.now,
+            now=self._now,
         )
+        self._monitors: MonitorRegistry | None = None
         self._locations: Locations = {}
         self._episode: Episode | None = None
         self._planning = False
@@ -132,13 +134,20 @@ class Agent:
         """Serve requests until cancelled: first what was left over, then what comes."""
         await self._module.clock.wait_ready(CLOCK_WAIT)
         executor = await self._executor()
-        self._book.on_change = executor.reconsider
+        self._monitors = monitors = office_monitors(
+            self._module, self._book, executor, self._conversation, self._options.patience
+        )
+
+        def changed() -> None:
+            executor.reconsider()
+            monitors.update()
 
         def world_changed() -> None:
-            executor.reconsider()
+            changed()
             self._book.changed.set()
 
-        self._world.on_change = world_changed
+        self._book.on_change, self._world.on_change = changed, world_changed
+        self._module.start(monitors.run(), name="rogue.monitors")
         self._module.start(self._watch_deadlines(), name="rogue.deadlines")
         self._module.start(self._prospects.watch(), name="rogue.prospects")
         await executor.resume()
@@ -152,10 +161,15 @@ class Agent:
         """Wait until a request can be served: a new one, or one whose time has come again."""
         while True:
             self._book.changed.clear()
-            names = [request.id for request in self._book.open_requests()]
-            if any(not self._world.is_held(name) for name in names):
+            waiting = self._book.open_requests()
+            if any(self._world.waits(request) is None for request in waiting):
                 return
-            await self._first(self._due(self._world.next_due(names)), self._book.changed.wait())
+            due = self._due(self._world.next_due(waiting))
+            await self._first(due, self._book.changed.wait())
+
+    def _now(self) -> float:
+        """The time of the module's clock, which changes when it joins the bus."""
+        return self._module.clock.now()
 
     async def _due(self, when: float | None) -> None:
         if when is None:
@@ -244,8 +258,12 @@ class Agent:
     async def _show_plan(self, message: ShowPlan, context: Context) -> PlanView:
         del message, context
         if self._episode is None:
-            return PlanView(planning=False, nodes=[], executed=[])
-        return self._episode.view(planning=self._planning)
+            return PlanView(planning=False, nodes=[], executed=[], monitors=self._watching())
+        return self._episode.view(planning=self._planning, monitors=self._watching())
+
+    def _watching(self) -> list[MonitorView]:
+        on = self._monitors.on() if self._monitors is not None else {}
+        return [MonitorView(watches=str(m), requests=list(ids)) for m, ids in on.items()]
 
 
 async def run_agent(options: AgentOptions, bus: BusOptions) -> None:

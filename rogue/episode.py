@@ -13,7 +13,7 @@ from rogue.distances import Distances
 from rogue.errands import Agenda
 from rogue.execution import Executor
 from rogue.memory import Store
-from rogue.messages import DeliveryRequest, PlanView, RequestState
+from rogue.messages import DeliveryRequest, MonitorView, PlanView, RequestState
 from rogue.planning import (
     NODES_OF_A_REQUEST,
     NODES_OF_A_SEARCH,
@@ -91,14 +91,15 @@ class Episode:
         self._executed: list[str] = []
         self._search: Search | None = None
 
-    def view(self, *, planning: bool) -> PlanView:
-        """The search as it stands."""
+    def view(self, *, planning: bool, monitors: list[MonitorView]) -> PlanView:
+        """The search as it stands, and what is watched for it."""
         tree = goal_tree(self._search) if self._search is not None else GoalTree()
         return PlanView(
             planning=planning,
             nodes=self._lines,
             executed=self._executed,
             tree=tree.pruned(most_live=MOST_SHOWN, most_gone=MOST_SHOWN),
+            monitors=monitors,
         )
 
     async def run(self) -> None:
@@ -175,7 +176,7 @@ class Episode:
             now = self._book.find(request_id)
             if now is None:
                 continue
-            if self._executor.world.is_held(request_id) or errand(now) != errand(request):
+            if self._executor.world.waits(now) or errand(now) != errand(request):
                 del self._admitted[request_id]
                 withdraw(search, request, self._admitted.values(), self._switches)
 
@@ -210,7 +211,7 @@ class Episode:
         taken = {self._identity(request) for request in self._admitted.values()}
         found: list[DeliveryRequest] = []
         for request in self._book.open_requests():
-            if request.id in self._admitted or self._executor.world.is_held(request.id):
+            if request.id in self._admitted or self._executor.world.waits(request):
                 continue
             if self._identity(request) not in taken:
                 taken.add(self._identity(request))

@@ -270,10 +270,20 @@ class ReadTrace(Query[list[TraceLine]]):
     most: int = Field(default=1000, ge=1, le=10_000)
 
 
+class MonitorView(BaseModel):
+    """Something that is watched, ``door r-5303`` say, for the sake of some open requests."""
+
+    model_config = ConfigDict(frozen=True)
+
+    watches: str
+    requests: list[str]
+
+
 class PlanView(BaseModel):
     """The search as it stands: the node lines printed so far, the steps executed, its goal tree.
 
-    ``tree`` has the newest part of a very large tree.
+    ``tree`` has the newest part of a very large tree. ``monitors`` are those that are on, since
+    pending plans depend on what they watch.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -282,6 +292,7 @@ class PlanView(BaseModel):
     nodes: list[str]
     executed: list[str]
     tree: GoalTree = GoalTree()
+    monitors: list[MonitorView] = []
 
 
 class ShowPlan(Query[PlanView]):

@@ -73,7 +73,9 @@ def _show(view: PlanView, svg: Path | None, flags: BusFlags, *, watch: bool) -> 
 def _text(view: PlanView) -> str:
     if not view.tree.nodes:
         return "Nothing was planned since the agent started."
-    return f"{_title(view)}:\n{render_tree(view.tree)}"
+    watched = [f"  {m.watches}, for {', '.join(m.requests)}" for m in view.monitors]
+    parts = [f"{_title(view)}:", render_tree(view.tree), *(["", "Watched:"] if watched else [])]
+    return "\n".join([*parts, *watched])
 
 
 def _title(view: PlanView) -> str:

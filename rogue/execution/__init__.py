@@ -18,6 +18,7 @@ from rogue.execution._effects import (
 from rogue.execution._executor import Executor
 from rogue.execution._judgement import Case, Verdict, judge
 from rogue.execution._layers import Bystander, DoorPlate, Doubt, Layer, NavigatorBelief
+from rogue.execution._operators import next_room
 from rogue.execution._patience import Patience
 from rogue.execution._procedures import acquire, deliver, go_to
 from rogue.execution._robot import BusRobot, Endurance, Robot
@@ -62,4 +63,5 @@ __all__ = [
     "go_to",
     "judge",
     "layered",
+    "next_room",
 ]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from rogue import trace
 from rogue.execution._effects import Procedure, Urgency
-from rogue.execution._judgement import Case, Verdict, judge
+from rogue.execution._judgement import PASSING, Case, Verdict, judge
 from rogue.execution._operators import (
     ACQUIRE,
     DRIVES,
@@ -32,6 +32,9 @@ from rogue.requests import Directory, RequestBook
 from tca_bus import Module
 
 log = logging.getLogger(__name__)
+
+ARRIVED = frozenset({Trouble.BLOCKED, Trouble.UNSURE})
+"""Troubles at a room that are over when the robot has got there."""
 
 NOBODY_WANTS_IT = "nobody wants it any more"
 
@@ -103,6 +106,11 @@ class Executor:
         if current is not None and not self._is_of_use(current.step, current.carried):
             current.task.cancel()
 
+    def is_handing_over(self, thing: Thing) -> bool:
+        """Whether somebody is putting an item on the tray or taking it from there just now."""
+        step = self._current.step if self._current is not None else None
+        return step is not None and step.operator not in DRIVES and thing_of(step) == thing
+
     async def _run(self, step: Step) -> StepOutcome:
         outcome = await self._outcome(step)
         verdict = await self._verdict(step, outcome)
@@ -120,6 +128,9 @@ class Executor:
         self.world.after_step(outcome, holds)
         for request in ended:
             await self._book.took_effect(request)
+        if outcome.kind == "done":
+            cured = ARRIVED if step.operator in DRIVES else PASSING
+            await self.world.take_up(room_of(step), cured)
         return outcome
 
     async def _outcome(self, step: Step) -> StepOutcome:
@@ -146,7 +157,7 @@ class Executor:
         if step.operator not in DRIVES:
             return True
         tray, room = self.world.facts.tray, room_of(step)
-        wanted = [r for r in self._found(step.requests) if not self.world.is_held(r.id)]
+        wanted = [r for r in self._found(step.requests) if self.world.waits(r) is None]
         if step.operator == GOTO_PICKUP:
             return any(r.pickup == room and thing(r) not in tray for r in wanted)
         return any(r.destination == room and (thing(r) in tray or not carried) for r in wanted)

@@ -103,7 +103,8 @@ def _may_wait(case: Case, request: DeliveryRequest, times: int, patience: Patien
 def _hold(case: Case, request: DeliveryRequest, patience: Patience) -> Hold:
     until = case.now + patience.later
     reason = f"{case.outcome.reason}; trying again after {show_time(until)}"
-    return Hold(request.id, room_of(case.step), until, reason)
+    trouble = case.outcome.trouble or Trouble.BLOCKED
+    return Hold(request.id, room_of(case.step), until, reason, trouble)
 
 
 def _other_room(case: Case, request: DeliveryRequest) -> str | None:

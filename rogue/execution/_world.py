@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 
+from rogue.execution._operators import next_room
 from rogue.memory import Facts, Hold, Store
-from rogue.outcomes import StepOutcome, Thing
+from rogue.messages import DeliveryRequest
+from rogue.outcomes import StepOutcome, Thing, Trouble
 from tca_bus import Module
 
 
@@ -32,9 +34,21 @@ class KnownWorld:
         hold = self._holds.get(request_id)
         return hold is not None and self._module.clock.now() < hold.until
 
-    def next_due(self, request_ids: Iterable[str]) -> float | None:
-        """When the first of these errands that are put off is to be taken up again."""
-        found = (self._holds[name].until for name in request_ids if self.is_held(name))
+    def holds(self) -> list[Hold]:
+        """What is put off now."""
+        return [hold for name, hold in self._holds.items() if self.is_held(name)]
+
+    def waits(self, request: DeliveryRequest) -> Hold | None:
+        """Why an errand is not gone on with now: it, or another at its next room, is put off."""
+        own = self._holds.get(request.id)
+        if own is not None and self.is_held(request.id):
+            return own
+        room = next_room(request, self.facts.tray)
+        return next((hold for hold in self.holds() if hold.room == room), None)
+
+    def next_due(self, requests: Iterable[DeliveryRequest]) -> float | None:
+        """When the first of these errands that wait is to be taken up again."""
+        found = (hold.until for hold in map(self.waits, requests) if hold is not None)
         return min(found, default=None)
 
     def after_step(self, outcome: StepOutcome, holds: Iterable[Hold]) -> None:
@@ -60,14 +74,20 @@ class KnownWorld:
             self._holds.update(new)
             self.on_change()
 
-    async def take_up(self, room: str) -> None:
-        """Let errands go on that were put off because of a room."""
-        freed = [name for name, hold in self._holds.items() if hold.room == room]
+    async def take_up(self, room: str, troubles: Collection[Trouble]) -> list[str]:
+        """Let errands go on that were put off for such a trouble at a room; gives their ids."""
+        freed = [
+            name
+            for name, hold in self._holds.items()
+            if hold.room == room and hold.trouble in troubles
+        ]
+        waiting = [name for name in freed if self.is_held(name)]
         if freed:
             await self._store.take_up(freed)
             for name in freed:
-                del self._holds[name]
+                self._holds.pop(name, None)
             self.on_change()
+        return waiting
 
 
 def _nothing() -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import aiosqlite
 
 from rogue.memory._database import Database
+from rogue.outcomes import Trouble
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,7 @@ class Hold:
     room: str
     until: float
     reason: str
+    trouble: Trouble
 
 
 class KeptHolds:
@@ -28,9 +30,12 @@ class KeptHolds:
     async def holds(self) -> list[Hold]:
         """What is put off, whether its time has come or not."""
         rows = await self._base.rows(
-            "SELECT request, room, until, reason FROM holds ORDER BY request"
+            "SELECT request, room, until, reason, trouble FROM holds ORDER BY request"
         )
-        return [Hold(str(r), str(room), float(t), str(why)) for r, room, t, why in rows]
+        return [
+            Hold(str(request), str(room), float(until), str(reason), Trouble(str(trouble)))
+            for request, room, until, reason, trouble in rows
+        ]
 
     async def put_off(self, holds: Iterable[Hold]) -> None:
         """Put errands off."""
@@ -48,6 +53,7 @@ class KeptHolds:
 async def write_holds(link: aiosqlite.Connection, holds: Iterable[Hold]) -> None:
     """Write what is put off; the latest word on an errand stands."""
     await link.executemany(
-        "INSERT OR REPLACE INTO holds (request, room, until, reason) VALUES (?, ?, ?, ?)",
-        [(hold.request, hold.room, hold.until, hold.reason) for hold in holds],
+        "INSERT OR REPLACE INTO holds (request, room, until, reason, trouble) "
+        "VALUES (?, ?, ?, ?, ?)",
+        [(h.request, h.room, h.until, h.reason, h.trouble.value) for h in holds],
     )

@@ -55,6 +55,16 @@ def test_a_shut_door_is_waited_for_then_reported_and_remembered():
     assert loop.off("r-5303") < 0.25
 
 
+def test_a_door_that_is_told_to_be_open_again_is_gone_through_at_once():
+    loop = Loop(seed=1)
+    loop.world.set_door("r-5303", is_open=False)
+    assert loop.drive("r-5303").failure is not None
+    loop.world.set_door("r-5303", is_open=True)
+    assert loop.start("r-5303").failure.reason is NavigationFailure.NO_ROUTE
+    loop.navigator.hear_opened("r-5303")
+    assert loop.drive("r-5303").failure is None
+
+
 def test_a_door_that_opens_in_time_is_passed():
     loop = Loop(seed=2)
     loop.world.set_door("r-5303", is_open=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Iterable
 from dataclasses import dataclass, field
+from typing import Self
 
 from navigate.messages import NavigateToGoal, SetPosition
 from rogue.conversation import Conversation
@@ -25,7 +26,7 @@ from rogue.memory import Store
 from rogue.messages import DeliveryRequest, RequestState
 from rogue.outcomes import Outcome, StepOutcome
 from rogue.requests import Directory, FingerServer, Prospects, Questions, Reception, RequestBook
-from tca_bus import Broadcast, Message, NoHandlerError
+from tca_bus import Broadcast, Message, NoHandlerError, TaskState, TaskStatus
 from tca_bus.testing import ManualClock
 from xavier_sim.messages import Ask, Say
 
@@ -144,14 +145,52 @@ def play(
             return stop.value, lines
 
 
+class FakeStream:
+    """What a fake module hears of one kind."""
+
+    def __init__(self) -> None:
+        self._queue: asyncio.Queue[object] = asyncio.Queue()
+        self._waits = False
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        pass
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> object:
+        self._waits = True
+        item = await self._queue.get()
+        self._waits = False
+        return item
+
+    def push(self, item: object) -> None:
+        self._queue.put_nowait(item)
+
+    def is_drained(self) -> bool:
+        """Whether all that was heard was worked on: the listener has come back for more."""
+        return self._queue.empty() and self._waits
+
+
 class FakeModule:
-    """A module that is on no bus: remembers what was broadcast and served."""
+    """A module that is on no bus: remembers what was broadcast and served.
+
+    ``answers`` are what others answer to its queries, by the type of the query; ``listeners``
+    what it listens to, by the type of the message; `TaskStatus` stands for the task tree.
+    """
+
+    name = "rogue"
+    statuses = TaskStatus
 
     def __init__(self, answers: dict[type, object] | None = None) -> None:
         self.clock = ManualClock(start=1000.0)
         self.said: list[Broadcast] = []
         self.handlers: dict[type, Callable[..., Awaitable[object]]] = {}
         self.answers = answers or {}
+        self.listeners: dict[type, FakeStream] = {}
         self.tasks: list[asyncio.Task[object]] = []
 
     async def broadcast(self, message: Broadcast) -> None:
@@ -164,7 +203,28 @@ class FakeModule:
         self.tasks.append(asyncio.create_task(coroutine, name=name))
 
     async def query(self, message: Message) -> object:
+        if type(message) in self.answers:
+            return self.answers[type(message)]
         raise NoHandlerError(message.wire_name)
+
+    def subscribe(self, kind: type) -> FakeStream:
+        self.listeners[kind] = FakeStream()
+        return self.listeners[kind]
+
+    def watch_statuses(self, *, sender: str) -> FakeStream:
+        del sender
+        return self.subscribe(self.statuses)
+
+    def hear(self, message: Message) -> None:
+        """Have it hear a broadcast."""
+        self.listeners[type(message)].push(message)
+
+    def answered(self, room: str) -> None:
+        """Have it see in the task tree that somebody answered at a room."""
+        status = TaskStatus.model_construct(
+            name=Ask.wire_name, state=TaskState.ACHIEVED, data={"room": room}
+        )
+        self.listeners[self.statuses].push(status)
 
     async def ask(self, message: Message) -> object:
         """What a handler of this module answers."""

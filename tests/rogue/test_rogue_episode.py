@@ -66,9 +66,9 @@ class Scene:
         """Run episodes until nothing is open; gives the lines."""
         for request in requests:
             await self.book.add(request, None)
-        while names := [request.id for request in self.book.open_requests()]:
-            if all(map(self.world.is_held, names)):
-                due = self.world.next_due(names)
+        while waiting := self.book.open_requests():
+            if all(map(self.world.waits, waiting)):
+                due = self.world.next_due(waiting)
                 assert due is not None
                 await self.clock.advance(due - self.clock.now())
             await self.episode(rules).run()

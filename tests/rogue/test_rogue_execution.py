@@ -121,7 +121,7 @@ async def test_a_blocked_door_puts_off_all_who_need_that_room_next(store: Store)
     await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
     assert [at.executor.world.is_held(name) for name in "abc"] == [True, True, False]
     assert (await at.request("a")).state is RequestState.SUSPENDED
-    assert at.executor.world.next_due("abc") == 1000.0 + Patience().later
+    assert at.executor.world.next_due(at.book.open_requests()) == 1000.0 + Patience().later
     notes = [text for _, text in await store.notes("a")]
     assert notes == [
         "it was put off, cannot get to r-5303, door_blocked: it was door_blocked; "
@@ -145,9 +145,11 @@ async def test_what_is_put_off_is_taken_up_when_its_room_is_open(store: Store):
     at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")]))
     await at.book.add(make_request(), None)
     await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
-    await at.executor.world.take_up("r-5305")
+    await at.executor.world.take_up("r-5305", {Trouble.BLOCKED})
     assert at.executor.world.is_held("a")
-    await at.executor.world.take_up("r-5303")
+    await at.executor.world.take_up("r-5303", {Trouble.NOBODY})
+    assert at.executor.world.is_held("a")
+    assert await at.executor.world.take_up("r-5303", {Trouble.BLOCKED}) == ["a"]
     assert not at.executor.world.is_held("a")
     assert await store.holds() == []
 
