@@ -7,6 +7,7 @@ requests* (1996, 1998).
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Coroutine, Iterable
 from dataclasses import dataclass, field
@@ -230,14 +231,15 @@ class Agent:
         while True:
             self._book.deadlines_changed.clear()
             await self._drop_overdue()
-            await self._first(self._next_deadline(), self._book.deadlines_changed.wait())
-
-    async def _next_deadline(self) -> None:
-        deadline = self._book.next_deadline()
-        if deadline is None:
-            await asyncio.get_running_loop().create_future()
-        else:
-            await self._module.clock.watch_until(deadline)
+            deadline = self._book.next_deadline()
+            if deadline is None:
+                await self._book.deadlines_changed.wait()
+                continue
+            # In lockstep the robot drives on only when what is overdue was dropped.
+            async with contextlib.AsyncExitStack() as still:
+                coming = still.enter_async_context(self._module.clock.at(deadline))
+                await self._first(coming, self._book.deadlines_changed.wait())
+                await self._drop_overdue()
 
     async def _drop_overdue(self) -> None:
         now = self._module.clock.now()

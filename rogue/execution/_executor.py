@@ -147,7 +147,8 @@ class Executor:
             own = asyncio.current_task()
             if own is not None and own.cancelling():
                 raise
-            await self._runner.abandon(step, self._procedure(step), NOBODY_WANTS_IT)
+            async with self._module.clock.hold():
+                await self._runner.abandon(step, self._procedure(step), NOBODY_WANTS_IT)
             return _unwanted()
         finally:
             self._current = None

@@ -50,6 +50,10 @@ CAMERA_ABSENCE = 2.0
 _PASSING = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
 
 
+STOPPING = 0.02
+"""Wall seconds after which a task that is being stopped is looked at again."""
+
+
 @dataclass(frozen=True, slots=True)
 class Endurance:
     """How long the agent waits for a part of the robot to come back, in wall seconds.
@@ -126,15 +130,24 @@ class BusRobot:
         return outcome
 
     async def kill(self, task_id: str, reason: str) -> None:
-        """Stop a task in the tree whose outcome nobody waits for, with all its attempts."""
+        """Stop a task in the tree whose outcome nobody waits for, with all its attempts.
+
+        Returns when they have ended: the robot stands then.
+        """
         for identity in self._attempts(task_id):
             try:
-                await self._persist(partial(self._module.kill, identity, reason=reason))
+                await self._end(identity, reason)
             except HandlerFailedError:
                 return
-            except TcaError as error:
+            except (TcaError, TimeoutError) as error:
                 log.warning("task %s could not be stopped: %s", identity, error)
                 return
+
+    async def _end(self, task_id: str, reason: str) -> None:
+        kill = partial(self._module.kill, task_id, reason=reason)
+        async with asyncio.timeout(self._endurance.absence):
+            while not (await self._persist(kill)).is_ended:  # noqa: ASYNC110 - asked anew each time
+                await asyncio.sleep(STOPPING)
 
     def _attempts(self, task_id: str) -> list[str]:
         """The ids under which a task is begun, one after the other."""

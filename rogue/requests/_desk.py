@@ -101,9 +101,10 @@ class Desk:
         del context
         request = await self._find(message.id)
         if not request.state.is_final:
-            await self._book.give_up(
-                request.id, RequestState.CANCELED, message.reason, message.item
-            )
+            async with self._module.clock.hold():
+                await self._book.give_up(
+                    request.id, RequestState.CANCELED, message.reason, message.item
+                )
         return await self._find(message.id)
 
     async def _list(self, message: ListRequests, context: Context) -> list[DeliveryRequest]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from rogue_fakes import FakeModule
 
@@ -92,9 +94,10 @@ async def test_tasks_carry_the_priority_of_the_errand_and_drives_its_deadline():
 
 async def test_a_task_is_killed_with_all_its_attempts_that_there_were():
     unknown = HandlerFailedError(Failure(name="unknown_task", text="there is no such task"))
-    module = ScriptedModule(SPOKEN, SPOKEN, unknown)
+    stopping, ended = SimpleNamespace(is_ended=False), SimpleNamespace(is_ended=True)
+    module = ScriptedModule(stopping, ended, ended, unknown)
     await BusRobot(module, QUICK).kill("s-1.3", "nobody wants it any more")
-    assert module.killed == ["s-1.3", "s-1.3.r1", "s-1.3.r2"]
+    assert module.killed == ["s-1.3", "s-1.3", "s-1.3.r1", "s-1.3.r2"]
 
 
 async def test_a_task_whose_module_died_is_begun_anew_under_the_next_id():
