@@ -88,7 +88,8 @@ class Desk:
             if not message.anyway:
                 request, filled = await self._prospects.in_time(request, filled)
             await self._book.add(request, message.why, filled)
-        return request
+            await self._prospects.review()
+        return self._book.find(request.id) or request
 
     async def _posted(self, message: PostRequest) -> DeliveryRequest | None:
         """The request that was made of the message when it came before."""

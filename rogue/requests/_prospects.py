@@ -78,13 +78,13 @@ class Prospects:
         """Tell of requests that will be late, whenever something has changed, until cancelled."""
         while True:
             await self._book.prospects_changed.wait()
-            self._book.prospects_changed.clear()
             began = time.monotonic()
             await self.review()
             await asyncio.sleep((time.monotonic() - began) / SHARE)
 
     async def review(self) -> None:
         """Look at all open requests once, and tell of those that will be late."""
+        self._book.prospects_changed.clear()
         facts, now = await self._store.facts(), self._module.clock.now()
         requests = self._book.open_requests()
         expected = self._outlook.expected(requests, facts=facts, now=now)
