@@ -21,10 +21,12 @@ POST_PATIENCE = 30.0
 async def persist(call: Callable[[], Awaitable[T]], patience: float = POST_PATIENCE) -> T:
     """Call again while the other side was there and is away; give up after ``patience``."""
     end = time.monotonic() + patience
+    was_there = False
     while True:
         try:
             return await call()
-        except (BusGoneError, PeerLostError, TimedOutError):
-            if time.monotonic() >= end:
+        except ABSENT as error:
+            was_there = was_there or not isinstance(error, NoHandlerError)
+            if not was_there or time.monotonic() >= end:
                 raise
         await asyncio.sleep(0.5)

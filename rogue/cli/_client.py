@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import TypeVar
 
 from rogue.messages import Objection, Refusal
-from tca_bus import HandlerFailedError, Module, Query, TcaError
+from tca_bus import (
+    HandlerFailedError,
+    Module,
+    NoHandlerError,
+    Query,
+    TcaError,
+    TimedOutError,
+)
 from tca_bus.cli import BusFlags, bus_options
 
 R = TypeVar("R")
 
 ANSWER_TIMEOUT = 20.0
 """Wall seconds that a command waits for the agent's answer."""
+
+START_TIMEOUT = 15.0
+"""Wall seconds that a command waits for an agent that should be there."""
+
+CENTRAL = "central"
+"""A module that is where an office is, and so an agent will be."""
 
 
 class NotAcceptedError(TcaError):
@@ -57,12 +71,23 @@ async def on_bus(flags: BusFlags) -> AsyncIterator[Module]:
 
 
 async def ask(module: Module, query: Query[R]) -> R:
-    """Ask the agent.
+    """Ask the agent; where it is being started again, when it is back.
 
     Raises:
         NotAcceptedError: it refused.
         TcaError: it is not there, or did not answer.
     """
+    try:
+        return await _asked(module, query)
+    except NoHandlerError:
+        if CENTRAL not in module.available():
+            raise
+    with contextlib.suppress(TimedOutError):
+        await module.wait_for(type(query), timeout=START_TIMEOUT)
+    return await _asked(module, query)
+
+
+async def _asked(module: Module, query: Query[R]) -> R:
     try:
         return await module.query(query, timeout=ANSWER_TIMEOUT)
     except HandlerFailedError as error:

@@ -66,17 +66,23 @@ async def ended(process: asyncio.subprocess.Process) -> tuple[int, str, str]:
     return process.returncode or 0, out.decode(), err.decode()
 
 
+def desk(module: Module, store: Store) -> RequestBook:
+    directory = load_directory()
+    book = RequestBook(module, store, directory)
+
+    async def rooms() -> dict[str, tuple[float, float]]:
+        return ROOMS
+
+    ready = reception(module, store, directory), prospects(module, store, book)
+    Desk(module, store, book, *ready).open(rooms)
+    return book
+
+
 @pytest.fixture
 async def agent(tmp_path: Path) -> AsyncIterator[Agent]:
     async with bus() as options, Store(tmp_path) as store:
-        module, directory = Module("rogue", options=options), load_directory()
-        book = RequestBook(module, store, directory)
-
-        async def rooms() -> dict[str, tuple[float, float]]:
-            return ROOMS
-
-        ready = reception(module, store, directory), prospects(module, store, book)
-        Desk(module, store, book, *ready).open(rooms)
+        module = Module("rogue", options=options)
+        book = desk(module, store)
         async with module:
             yield Agent(options, store, book, Conversation(module, store))
 
