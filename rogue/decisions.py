@@ -1,10 +1,13 @@
-"""Records what a search decides about the requests that take part in it."""
+"""Records what is decided about requests: by a search, and after a step that came to nothing."""
 
 from __future__ import annotations
 
-from rogue.explain import Chronicle, Concern
-from rogue.memory import Store
+from collections.abc import Collection, Iterable
+
+from rogue.explain import Chronicle, Concern, Decision, DecisionKind
+from rogue.memory import Hold, Store
 from rogue.messages import DeliveryRequest
+from rogue.outcomes import Trouble
 from rogue.prodigy import Decided, Failed
 from tca_bus import Clock
 
@@ -29,3 +32,42 @@ class DecisionRecorder:
     def see(self, event: Decided | Failed) -> None:
         """Record a decision; it is on disk before the robot acts on it."""
         self._store.record(self._chronicle.note(event, self._clock.now()))
+
+
+def put_off(holds: Iterable[Hold], now: float) -> list[Decision]:
+    """That errands wait, and until when."""
+    return [
+        Decision(
+            time=now,
+            kind=DecisionKind.POSTPONED,
+            requests=(hold.request,),
+            reason=hold.reason,
+            until=hold.until,
+        )
+        for hold in holds
+    ]
+
+
+def taken_up(
+    request_ids: Iterable[str], room: str, troubles: Collection[Trouble], now: float
+) -> list[Decision]:
+    """That errands need not wait any more, for what was the matter at a room is over."""
+    requests = tuple(request_ids)
+    if not requests:
+        return []
+    is_open = Trouble.BLOCKED in troubles
+    reason = f"the way to {room} is free again" if is_open else f"somebody is in {room} again"
+    return [Decision(time=now, kind=DecisionKind.RESUMED, requests=requests, reason=reason)]
+
+
+def moved(requests: Iterable[DeliveryRequest], now: float) -> list[Decision]:
+    """That errands go on in other rooms than were asked for."""
+    return [
+        Decision(
+            time=now,
+            kind=DecisionKind.MOVED,
+            requests=(one.id,),
+            reason=f"from {one.pickup} to {one.destination}",
+        )
+        for one in requests
+    ]

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rogue import trace
+from rogue.decisions import moved, put_off
 from rogue.execution._effects import Procedure, Urgency
 from rogue.execution._judgement import PASSING, Case, Verdict, judge
 from rogue.execution._operators import (
@@ -124,6 +125,7 @@ class Executor:
         changed += verdict.moved
         changed += [self._book.as_put_off(r) for r in self._found(h.request for h in verdict.holds)]
         now, holds = self._module.clock.now(), verdict.holds
+        self._store.record([*put_off(holds, now), *moved(verdict.moved, now)])
         ended = await self._store.end_step(step, outcome, now, changed=changed, holds=holds)
         self.world.after_step(outcome, holds)
         for request in ended:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 
+from rogue.decisions import put_off, taken_up
 from rogue.execution._operators import next_room
 from rogue.memory import Facts, Hold, Store
 from rogue.messages import DeliveryRequest
@@ -70,6 +71,7 @@ class KnownWorld:
         """Put errands off for something that was heard."""
         new = {hold.request: hold for hold in holds}
         if new:
+            self._store.record(put_off(new.values(), self._module.clock.now()))
             await self._store.put_off(new.values())
             self._holds.update(new)
             self.on_change()
@@ -83,6 +85,8 @@ class KnownWorld:
         ]
         waiting = [name for name in freed if self.is_held(name)]
         if freed:
+            now = self._module.clock.now()
+            self._store.record(taken_up(waiting, room, troubles, now))
             await self._store.take_up(freed)
             for name in freed:
                 self._holds.pop(name, None)

@@ -29,6 +29,10 @@ class DecisionKind(StrEnum):
     """The planner found that something cannot be done in one way."""
     POSTPONED = "postponed"
     """It waits until a time, for what stood in its way."""
+    RESUMED = "resumed"
+    """What stood in its way is gone."""
+    MOVED = "moved"
+    """It goes on in another room."""
 
 
 ROUTINE = frozenset(
@@ -62,7 +66,7 @@ class Decision:
         chosen: What was chosen, as PRODIGY writes it.
         over: What else could have been chosen.
         rivals: The other requests that come first, or that share the step.
-        reason: Why it failed, or was put off.
+        reason: Why it failed, or was put off; where it goes on.
         until: When it is tried again, in seconds since the epoch.
     """
 

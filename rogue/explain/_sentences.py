@@ -6,11 +6,12 @@ from collections.abc import Iterable, Sequence
 
 from rogue.explain._decision import Decision, DecisionKind, Rival
 from rogue.explain._rules import because
+from rogue.explain._words import plain
 from rogue.times import show_time
 
 _STEPS = {
     ("goto-pickup-loc", 2): "driving to {1} to fetch something for {0}",
-    ("goto-deliver-loc", 2): "driving to {1} with something for {0}",
+    ("goto-deliver-loc", 2): "driving to {1} to deliver to {0}",
     ("acquire-item", 3): "having {2} for {1} put on the tray in {0}",
     ("deliver-item", 3): "handing {2} over to {1} in {0}",
     ("return-item", 3): "bringing {2} of {1} back to {0}",
@@ -21,7 +22,6 @@ _GOALS = {
     ("robot-has-item", 2): "having {1} for {0} on the tray",
     ("robot-in-room", 1): "being in {0}",
 }
-_ERRANDS = frozenset({"has-item", "item-returned"})
 
 MOST_NAMED = 4
 """Alternatives, or requests, that a sentence names."""
@@ -38,11 +38,11 @@ def in_words(text: str) -> str:
     return pattern.format(*args) if pattern else text
 
 
-def sentence(decision: Decision) -> str:
-    """Return a decision as one sentence."""
+def sentence(decision: Decision, *, again: bool = False) -> str:
+    """Return a decision as one sentence; ``again`` if the request was planned for before."""
     match decision.kind:
         case DecisionKind.PLANNED:
-            return _planned(decision)
+            return _planned(decision, "up again" if again else "up")
         case DecisionKind.STEP:
             return _with_reason(f"Next came {in_words(decision.chosen)}", decision)
         case DecisionKind.WAITS:
@@ -51,19 +51,34 @@ def sentence(decision: Decision) -> str:
             who = _named(decision.rivals)
             return f"It was overtaken by {who}, which came later: {_instead(decision)}."
         case DecisionKind.MERGED:
-            return f"It shares {in_words(decision.chosen)} with {_named(decision.rivals)}."
+            return f"It shares {_shared(decision.chosen)} with {_named(decision.rivals)}."
         case DecisionKind.POSTPONED:
-            until = f" until {show_time(decision.until)}" if decision.until is not None else ""
-            return f"It was put off{until}: {decision.reason}."
+            return put_off("It was put off", decision.until, decision.reason)
+        case DecisionKind.RESUMED:
+            return f"It can go on: {decision.reason}."
+        case DecisionKind.MOVED:
+            return f"It goes on elsewhere: {decision.reason}."
         case DecisionKind.DEAD_END:
             return f"Planning found no way by {in_words(decision.chosen)}: {decision.reason}."
     return _with_reason(f"For it the planner chose {in_words(decision.chosen)}", decision)
 
 
-def _planned(decision: Decision) -> str:
+def _shared(goal: str) -> str:
+    name, *args = goal.strip("()").split()
+    return f"the drive to {args[0]}" if name == "robot-in-room" and args else in_words(goal)
+
+
+def put_off(words: str, until: float | None, reason: str) -> str:
+    """Return that something waits; a reason that says until when is not told twice."""
+    is_told = until is None or show_time(until) in reason
+    when = "" if is_told or until is None else f" until {show_time(until)}"
+    return f"{words}{when}: {plain(reason)}."
+
+
+def _planned(decision: Decision, up: str) -> str:
     before = f", before {_named(decision.rivals)}" if decision.rivals else ""
     why = because(decision.rule) if decision.rivals else ""
-    return f"The planner took it up{before}{f', {why}' if why else ''}."
+    return f"The planner took it {up}{before}{f', {why}' if why else ''}."
 
 
 def _with_reason(words: str, decision: Decision) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rogue.explain._decision import Decision
-from rogue.explain._sentences import in_words, sentence
+from rogue.explain._decision import Decision, DecisionKind
+from rogue.explain._sentences import in_words, put_off, sentence
+from rogue.explain._words import plain
 from rogue.times import show_time
 
 if TYPE_CHECKING:
@@ -41,6 +42,10 @@ class Entry:
     over: tuple[str, ...] = ()
 
 
+_Event = tuple[float, Entry]
+"""An entry with its place among those of the same time."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Record:
     """All that is known of a request.
@@ -72,23 +77,47 @@ def story(record: Record, *, everything: bool = False) -> list[Entry]:
     With ``everything`` also the planner's routine choices.
     """
     request = record.request
-    entries = [Entry(request.posted, "posted", _posted(request))]
-    entries += [Entry(request.posted, "filled", _filled(one)) for one in record.filled]
-    entries += [
-        Entry(one.time, one.kind.value, sentence(one), one.rule, one.over)
-        for one in record.decisions
-        if everything or not one.is_routine
-    ]
-    entries += [entry for step in record.steps for entry in _step(step)]
-    entries += [
-        Entry(time, "noted", _closed(_capital(text)))
+    events = [(-2.0, Entry(request.posted, "posted", _posted(request)))]
+    events += [(-1.0, Entry(request.posted, "filled", _filled(one))) for one in record.filled]
+    events += _decided(record.decisions, everything=everything)
+    events += _carried_out(record.steps, record.decisions)
+    events += [
+        (float(len(record.decisions)), Entry(time, "noted", _closed(_capital(text))))
         for time, text in record.notes
         if text != request.reason
     ]
-    entries.sort(key=lambda entry: entry.time or 0.0)
+    events.sort(key=lambda event: (event[1].time or 0.0, event[0]))
+    entries = [entry for _, entry in events]
     if record.forgotten:
         entries.insert(1, _forgotten(record.forgotten))
     return [*entries, _standing(record)]
+
+
+def _decided(decisions: Sequence[Decision], *, everything: bool) -> list[_Event]:
+    events: list[_Event] = []
+    is_planned = False
+    for at, one in enumerate(decisions):
+        if everything or not one.is_routine:
+            said = sentence(one, again=is_planned)
+            events.append((float(at), Entry(one.time, one.kind.value, said, one.rule, one.over)))
+        is_planned = is_planned or one.kind is DecisionKind.PLANNED
+    return events
+
+
+def _carried_out(steps: Sequence[StepView], decisions: Sequence[Decision]) -> list[_Event]:
+    """What became of each step, told behind the decision for it."""
+    events: list[_Event] = []
+    left = [
+        (at, one.chosen.strip("<>")) for at, one in enumerate(decisions)
+        if one.kind is DecisionKind.STEP
+    ]  # fmt: skip
+    for step in steps:
+        own = next((one for one in left if one[1] == step.operator), None)
+        if own is not None:
+            left = left[left.index(own) + 1 :]
+        at = own[0] + 0.5 if own else float(len(decisions))
+        events += [(at, entry) for entry in _step(step, is_told=own is not None)]
+    return events
 
 
 def told(entries: Iterable[Entry]) -> list[str]:
@@ -111,15 +140,16 @@ def _filled(one: Filled) -> str:
     return f"The {one.slot} was left out; it is {value}, {_SOURCES.get(one.source, one.source)}."
 
 
-def _step(step: StepView) -> list[Entry]:
+def _step(step: StepView, *, is_told: bool) -> list[Entry]:
+    """What became of a step; that it was begun only where no decision tells of it."""
     words = _capital(in_words(f"<{step.operator}>"))
-    begun = Entry(step.started, "begun", f"{words} was begun.")
     if step.ended is None:
-        return [begun]
+        return [Entry(step.started, "begun", f"{words} is under way.")]
+    begun = [] if is_told else [Entry(step.started, "begun", f"{words} was begun.")]
     if step.state == "done":
-        return [begun, Entry(step.ended, "done", f"{words} was done.")]
+        return [*begun, Entry(step.ended, "done", f"{words} was done.")]
     reason = f": {step.outcome}" if step.outcome else ""
-    return [begun, Entry(step.ended, "failed", _closed(f"{words} did not succeed{reason}"))]
+    return [*begun, Entry(step.ended, "failed", _closed(f"{words} did not succeed{reason}"))]
 
 
 def _forgotten(count: int) -> Entry:
@@ -147,7 +177,7 @@ def _now(record: Record) -> str:
     warning = f" {_closed(_capital(request.warning))}" if request.warning else ""
     if record.hold is not None:
         until, reason = record.hold
-        return _closed(f"It waits until {show_time(until)}: {reason}") + warning
+        return put_off("It waits", until, reason) + warning
     if request.state == "underway":
         return f"It is being served.{warning}"
     ahead = [f"{one.id} (rank {one.rank})" for one in record.others if _is_ahead(one, request)]
@@ -166,4 +196,5 @@ def _capital(text: str) -> str:
 
 
 def _closed(text: str) -> str:
+    text = plain(text)
     return text if text.endswith((".", "!", "?")) else f"{text}."

@@ -1,9 +1,11 @@
-"""Texts as they fit into a drawing: wrapped, shortened, and free of what XML cannot hold."""
+"""Texts for people: as they fit into a drawing, and without words that are for programs."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
+
+_FAILURE_NAME = re.compile(r"\b[a-z]+(?:_[a-z]+)+: ")
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -44,3 +46,8 @@ def wrapped(text: str, most: int, *, lines: int) -> list[str]:
     if len(found) > lines:
         found[lines - 1 :] = [" ".join(found[lines - 1 :])]
     return [shortened(line, most) for line in found]
+
+
+def plain(reason: str) -> str:
+    """Return a reason without the names that programs have for failures: ``no_answer: ``."""
+    return _FAILURE_NAME.sub("", reason)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from rogue.memory._database import Database, Row
 from rogue.memory._facts import write_room, write_things
 from rogue.memory._holds import Hold, write_holds
-from rogue.memory._requests import write_change, write_course, write_note
+from rogue.memory._requests import write_change, write_course
 from rogue.messages import DeliveryRequest, StepView
 from rogue.outcomes import Outcome, StepOutcome
 
@@ -87,7 +87,6 @@ class KeptSteps:
         ``holds`` are the errands that are put off for it. Gives those of ``changed`` that had
         not ended already, by somebody else's hand.
         """
-        holds = list(holds)
         async with self._base.transaction() as link:
             await link.execute(
                 "UPDATE steps SET state = ?, outcome = ?, ended = ? WHERE number = ?",
@@ -97,8 +96,6 @@ class KeptSteps:
             await write_room(link, outcome.room)
             await write_things(link, outcome.placed, outcome.gone)
             await write_holds(link, holds)
-            for hold in holds:
-                await write_note(link, hold.request, time, f"it was put off, {hold.reason}")
             written = [r for r in changed if await write_change(link, r, r.reason)]
             for request in written:
                 await write_course(link, request, time)

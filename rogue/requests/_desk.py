@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from dataclasses import asdict
 from weakref import WeakValueDictionary
 
 from rogue.errors import IdTakenError, RequestError, UnknownRequestError
-from rogue.explain import Record, story, told
 from rogue.memory import Store
 from rogue.messages import (
     CancelRequest,
@@ -22,7 +20,6 @@ from rogue.messages import (
     ShowRequest,
     TraceLine,
     Why,
-    WhyEntry,
     WhyReport,
 )
 from rogue.requests._book import RequestBook
@@ -30,6 +27,7 @@ from rogue.requests._endings import is_carried
 from rogue.requests._intake import is_same_errand, normal, refuse_duplicate
 from rogue.requests._prospects import Prospects
 from rogue.requests._reception import Reception
+from rogue.requests._why import why_report
 from tca_bus import Context, Module, TaskError, TcaError
 
 READY_WAIT = 5.0
@@ -136,21 +134,9 @@ class Desk:
     async def _why(self, message: Why, context: Context) -> WhyReport:
         del context
         request = await self._find(message.id)
-        record = Record(
-            request=request,
-            filled=await self._store.filled(request.id),
-            decisions=await self._store.decisions(request.id),
-            forgotten=await self._store.forgotten(request.id),
-            steps=await self._store.steps_of(request.id),
-            notes=await self._store.notes(request.id),
-            others=self._book.open_requests(),
-        )
-        entries = story(record, everything=message.everything)
-        return WhyReport(
-            id=request.id,
-            sentences=told(entries),
-            entries=[WhyEntry(**asdict(entry)) for entry in entries],
-        )
+        now = self._module.clock.now()
+        others = self._book.open_requests()
+        return await why_report(self._store, request, others, now, everything=message.everything)
 
     async def _find(self, request_id: str) -> DeliveryRequest:
         request = await self._store.request(request_id)

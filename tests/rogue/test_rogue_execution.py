@@ -11,6 +11,7 @@ from rogue_fakes import FakeModule, HangingRobot, ScriptedRobot, failed, make_re
 from navigate.messages import NavigateToGoal
 from rogue.conversation import Conversation
 from rogue.execution import Executor, KnownWorld, Patience, StepRunner, as_published
+from rogue.explain import DecisionKind
 from rogue.memory import Facts, Store
 from rogue.messages import DeliveryRequest, RequestChanged, RequestState
 from rogue.outcomes import StepOutcome, Trouble
@@ -122,10 +123,14 @@ async def test_a_blocked_door_puts_off_all_who_need_that_room_next(store: Store)
     assert [at.executor.world.is_held(name) for name in "abc"] == [True, True, False]
     assert (await at.request("a")).state is RequestState.SUSPENDED
     assert at.executor.world.next_due(at.book.open_requests()) == 1000.0 + Patience().later
-    notes = [text for _, text in await store.notes("a")]
-    assert notes == [
-        "it was put off, cannot get to r-5303, door_blocked: it was door_blocked; "
-        "trying again after " + show_time(1600.0)
+    decided = await store.decisions("a")
+    assert [(one.kind, one.until, one.reason) for one in decided] == [
+        (
+            DecisionKind.POSTPONED,
+            1600.0,
+            "cannot get to r-5303, door_blocked: it was door_blocked; "
+            "trying again after " + show_time(1600.0),
+        )
     ]
 
 

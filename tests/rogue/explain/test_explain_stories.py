@@ -128,7 +128,7 @@ def test_an_errand_of_lower_rank_that_goes_first_does_not_overtake() -> None:
 def test_errands_to_one_room_share_the_drive() -> None:
     run = urgent_arrives()
     [of_a], [of_b] = run.of("a", DecisionKind.MERGED), run.of("b", DecisionKind.MERGED)
-    assert sentence(of_b) == "It shares being in r-5313 with request a (rank 5)."
+    assert sentence(of_b) == "It shares the drive to r-5313 with request a (rank 5)."
     assert of_a.rivals == (Rival("b", 8),)
     [drive] = [d for d in run.of("a", DecisionKind.STEP) if "goto-deliver" in d.chosen]
     assert drive.requests == ("a", "b")
@@ -138,7 +138,7 @@ def test_each_step_names_what_it_was_chosen_over() -> None:
     steps = urgent_arrives().of("a", DecisionKind.STEP)
     assert sentence(steps[0]) == (
         "Next came driving to r-5303 to fetch something for mitchell, rather than driving to "
-        "r-5313 with something for mitchell, since its room is the nearest."
+        "r-5313 to deliver to mitchell, since its room is the nearest."
     )
     assert [d.chosen.split()[0] for d in steps] == [
         "<goto-pickup-loc",
@@ -203,10 +203,10 @@ def test_a_door_that_was_closed() -> None:
     assert kinds == ["posted", "begun", "failed", "now"]
     assert story(held)[2].sentence == (
         "Driving to r-5303 to fetch something for mitchell did not succeed: cannot get to r-5303, "
-        "door_blocked: the door is closed."
+        "the door is closed."
     )
     assert "It waits until" in last(held).sentence
-    assert last(held).sentence.endswith("door_blocked: the door is closed.")
+    assert last(held).sentence.endswith("cannot get to r-5303, the door is closed.")
 
 
 def test_nobody_answered() -> None:
