@@ -18,7 +18,7 @@ from rogue.conversation import Conversation
 from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
 from rogue.episode import Episode, Locations
-from rogue.errands import Agenda, Metric, RankSum, Travel
+from rogue.errands import Agenda, Metric, MetricError, RankSum, Travel, guarded
 from rogue.execution import (
     BusRobot,
     Endurance,
@@ -63,8 +63,9 @@ class AgentOptions:
 
     ``folder`` is where it keeps what it must not forget; ``directory`` is a file with people and
     items, None for the one of the package; ``finger`` is a server that is asked for what no
-    directory says, None for no such server; ``arrival`` is how arrivals are verified with the
-    working rules, the published ones always ask a person.
+    directory says, None for no such server. The rest is for the working rules: ``metric`` gives
+    priorities, ``places`` is how many items the tray holds, None for any number, and ``arrival``
+    is how arrivals are verified; the published rules always ask a person.
     """
 
     folder: Path
@@ -110,7 +111,7 @@ class Agent:
         )
         self._agenda = Agenda(
             travel=travel,
-            metric=options.metric,
+            metric=guarded(options.metric, _complain),
             now=self._now,
         )
         self._monitors: MonitorRegistry | None = None
@@ -266,6 +267,10 @@ class Agent:
     def _watching(self) -> list[MonitorView]:
         on = self._monitors.on() if self._monitors is not None else {}
         return [MonitorView(watches=str(m), requests=list(ids)) for m, ids in on.items()]
+
+
+def _complain(error: MetricError) -> None:
+    log.error("%s; the sum of ranks is used in its place", error)
 
 
 async def run_agent(options: AgentOptions, bus: BusOptions) -> None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from rogue import trace
+from rogue.admission import choose
 from rogue.conversation import Conversation
 from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
@@ -35,6 +36,7 @@ from rogue.prodigy import (
     Failed,
     Finished,
     GoalTree,
+    Literal,
     Poll,
     Search,
     SearchResult,
@@ -104,7 +106,7 @@ class Episode:
 
     async def run(self) -> None:
         """Plan and execute until every admitted request has ended."""
-        first = sorted(self._admissible(), key=lambda request: -request.rank)
+        first = sorted(self._wanted(), key=lambda request: -request.rank)
         for request in first:
             await self._take_in(request)
         search = new_search(
@@ -146,6 +148,7 @@ class Episode:
     async def _execute(self, search: Search, event: Execute) -> None:
         step = event.step
         arguments = [str(value) for value in step.args]
+        await self._suspend_others()
         log.info("executing %s", step)
         outcome = await self._executor.execute(step.operator, arguments, list(self._admitted))
         if outcome.kind == "done":
@@ -156,10 +159,13 @@ class Episode:
         correct(search, self._executor.world.facts, self._switches)
         self._drop_changed(search)
         await self._drop_ended(search)
-        for request in self._admissible():
-            others = list(self._admitted.values())
-            await self._take_in(request)
-            admit(search, request, others, self._switches)
+        wanted = self._wanted()
+        await self._leave_out(search, {request.id for request in wanted})
+        for request in wanted:
+            if request.id not in self._admitted:
+                others = list(self._admitted.values())
+                await self._take_in(request)
+                admit(search, request, others, self._switches)
         if self._unranked:
             await self._conversation.tell_all(trace.priority_lines(self._unranked))
             self._unranked.clear()
@@ -177,8 +183,29 @@ class Episode:
             if now is None:
                 continue
             if self._executor.world.waits(now) or errand(now) != errand(request):
-                del self._admitted[request_id]
-                withdraw(search, request, self._admitted.values(), self._switches)
+                self._withdraw(search, request)
+
+    async def _leave_out(self, search: Search, wanted: Collection[str]) -> None:
+        """Take out what others are more urgent than."""
+        for request_id, request in list(self._admitted.items()):
+            if request_id not in wanted:
+                self._withdraw(search, request)
+                await self._book.suspend(request_id, "others are more urgent")
+
+    async def _suspend_others(self) -> None:
+        """Say which errands under way are put aside for those that are served now."""
+        advice = self._switches.advice
+        if advice is None:
+            return
+        put_aside = advice.latest.put_aside
+        for request in self._admitted.values():
+            if (request.user, request.item) in put_aside:
+                await self._book.suspend(request.id, "it is put aside for what is more urgent")
+
+    def _withdraw(self, search: Search, request: DeliveryRequest) -> None:
+        del self._admitted[request.id]
+        self._decisions.withdraw(request.id)
+        withdraw(search, request, self._admitted.values(), self._switches)
 
     async def _drop_ended(self, search: Search) -> None:
         for request_id, request in list(self._admitted.items()):
@@ -206,17 +233,21 @@ class Episode:
             self._told.add(request.id)
             await self._conversation.tell_all(["", trace.message_line(request)])
 
-    def _admissible(self) -> list[DeliveryRequest]:
-        """Open requests that can enter the search now: no two that PRODIGY could not tell apart."""
-        taken = {self._identity(request) for request in self._admitted.values()}
-        found: list[DeliveryRequest] = []
-        for request in self._book.open_requests():
-            if request.id in self._admitted or self._executor.world.waits(request):
-                continue
-            if self._identity(request) not in taken:
-                taken.add(self._identity(request))
-                found.append(request)
-        return found
+    def _wanted(self) -> list[DeliveryRequest]:
+        """Open requests that should be in the search, no two that PRODIGY could not tell apart."""
+        world = self._executor.world
+        free = [r for r in self._book.open_requests() if not world.waits(r)]
+        begun = [r for r in free if r.state is not RequestState.QUEUED]
+        return choose(
+            free,
+            admitted=self._admitted,
+            pinned={r.id for r in begun if (r.user, r.item) in world.facts.tray},
+            priority=self._priority,
+            identity=self._identity,
+        )
+
+    def _priority(self, request: DeliveryRequest) -> float:
+        return self._agenda.priority_of(claim(request, self._directory))
 
     def _identity(self, request: DeliveryRequest) -> tuple[str, ...]:
         if self._rules.one_errand_a_person:
@@ -226,14 +257,19 @@ class Episode:
     async def _conclude(self, result: SearchResult) -> None:
         """Say how it ended; what the planner could not do has failed."""
         left = [r for r in self._admitted if self._book.find(r) is not None]
+        hopeless = [r for r in left if self._goal(r) in result.hopeless]
         if result.status is Status.SOLVED and not left:
             if await self._completed_any():
                 await self._conversation.tell_all([trace.ACHIEVED, ""])
-        elif self._executed:
+        elif self._executed and not hopeless:
             # What was driven stays driven: the next episode plans on from here.
             log.info("search ended with %s: %s", result.status, result.reason)
         else:
-            await self._fail(left, f"no plan was found ({result.status}: {result.reason})")
+            reason = f"no plan was found ({result.status}: {result.reason})"
+            await self._fail(hopeless or left, reason)
+
+    def _goal(self, request_id: str) -> Literal:
+        return self._switches.goal(errand(self._admitted[request_id]))
 
     async def _completed_any(self) -> bool:
         ended = [await self._store.request(request_id) for request_id in self._seen]

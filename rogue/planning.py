@@ -6,6 +6,7 @@ Source: Haigh & Veloso (1996), Figure 7.
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
@@ -79,7 +80,10 @@ def errand(request: DeliveryRequest) -> Errand:
 
 
 def claim(request: DeliveryRequest, directory: Directory) -> Claim:
-    """A request as the metric of priorities is told of it."""
+    """A request as the metric of priorities is told of it.
+
+    What is only to be brought back has no deadline any more.
+    """
     person, item = directory.people.get(request.user), directory.items.get(request.item)
     return Claim(
         user=request.user,
@@ -87,7 +91,7 @@ def claim(request: DeliveryRequest, directory: Directory) -> Claim:
         person_rank=person.rank if person else 0,
         task_rank=item.rank if item else 0,
         posted=request.posted,
-        deadline=request.deadline,
+        deadline=request.deadline if request.closing is None else math.inf,
     )
 
 
@@ -158,8 +162,8 @@ def admit(
 ) -> None:
     """Add a request to a running search.
 
-    An errand that was done in this search before is to be done once more, so its goal must not
-    count as reached.
+    An errand that was done in this search before is to be done once more, perhaps in other
+    rooms, so its goal must not count as reached.
     """
     own = errand(request)
     for name, kind in ((own.user, "person"), (own.item, "item")):
@@ -168,8 +172,10 @@ def admit(
     goal = switches.goal(own)
     if goal in search.goals:
         withdraw(search, request, others, switches)
+    left_over = switches.rooms_of(own, search.state)
     if search.state.holds(goal):
-        search.retract_facts(goal)
+        left_over.append(goal)
+    search.retract_facts(*left_over)
     search.add_goal(switches.facts(own), goal)
 
 

@@ -8,12 +8,13 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from rogue.agent import AgentOptions, run_agent
+from rogue.agent import PLACES, AgentOptions, run_agent
 from rogue.cli._folders import default_folder
+from rogue.errands import MOST_PLACES, Metric, MetricError, RankSum, load_metric
 from rogue.execution import SURE, layered
 from rogue.planning import RuleName, Rules
 from rogue.requests import finger_server
-from tca_bus import configure_logging
+from tca_bus import ConfigError, configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 
 
@@ -26,6 +27,8 @@ async def agent(
     sure: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = SURE,
     camera: bool = True,
     ask_people: bool = True,
+    priority: str | None = None,
+    tray: Annotated[int, Parameter(validator=Number(gte=1, lte=MOST_PLACES))] = PLACES,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the ROGUE agent: it accepts requests, plans, and has the robot carry the plans out.
@@ -48,6 +51,11 @@ async def agent(
     ask_people
         With the working rules: whether to ask a person where the robot is, if nothing else
         makes sure. The papers' rules always ask.
+    priority
+        MODULE:NAME or FILE.py:NAME of a function that gives the priority of an errand, instead of
+        PersonRank + TaskRank + DeadlineRank.
+    tray
+        With the working rules: how many items the tray holds.
     """
     configure_logging("rogue", level=flags.level, json=flags.json)
     folder = data or default_folder(flags.realm)
@@ -56,6 +64,18 @@ async def agent(
         rules=Rules(rules),
         directory=directory,
         finger=finger_server(finger) if finger else None,
+        metric=_metric(priority) if priority else RankSum(),
+        places=tray,
         arrival=layered(sure=sure, camera=camera, people=ask_people),
     )
     await run_agent(options, bus_options(flags))
+
+
+def _metric(name: str) -> Metric:
+    try:
+        return load_metric(name)
+    except MetricError as error:
+        expected = (
+            f"MODULE:NAME or FILE.py:NAME of a function of a claim and a time; {error.problem}"
+        )
+        raise ConfigError("--priority", name, expected) from error

@@ -5,8 +5,15 @@ from __future__ import annotations
 from rogue.errands._advice import Advice, Outlook
 from rogue.errands._agenda import MARGIN, NEARBY, Agenda, robot_room
 from rogue.errands._errand import Errand
-from rogue.errands._lists import Chronicle, Lists, Moment
-from rogue.errands._priority import Claim, Metric, MetricError, RankSum, load_metric
+from rogue.errands._lists import Lists, ListWatcher, Moment
+from rogue.errands._priority import (
+    Claim,
+    Metric,
+    MetricError,
+    RankSum,
+    guarded,
+    load_metric,
+)
 from rogue.errands._published_rules import goto_for_consumer_rule, nearest_room_rule
 from rogue.errands._selection import Selected, select
 from rogue.errands._switches import (
@@ -31,10 +38,10 @@ __all__ = [
     "NEARBY",
     "Advice",
     "Agenda",
-    "Chronicle",
     "Claim",
     "Distance",
     "Errand",
+    "ListWatcher",
     "Lists",
     "Metric",
     "MetricError",
@@ -56,6 +63,7 @@ __all__ = [
     "figure6",
     "figure9",
     "goto_for_consumer_rule",
+    "guarded",
     "load_metric",
     "load_office_domain",
     "load_office_problem",

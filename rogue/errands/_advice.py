@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rogue.errands._agenda import Agenda, key_of, robot_room
+from rogue.errands._agenda import Agenda, key_of, robot_room, thing_of
 from rogue.errands._selection import Selected, select
 from rogue.errands._tour import OpenErrand, Stop, Tour
 from rogue.errands._touring import RunningTour
@@ -25,6 +25,11 @@ class Outlook:
     errands: tuple[OpenErrand, ...]
     selected: Selected
     tour: Tour
+
+    @property
+    def put_aside(self) -> frozenset[tuple[str, str]]:
+        """User and item of the errands that are open and not served now."""
+        return frozenset(thing_of(e.key) for e in self.errands if e.key not in self.selected)
 
 
 class Advice:

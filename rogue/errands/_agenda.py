@@ -22,6 +22,12 @@ def key_of(user: object, item: object) -> str:
     return f"{user} {item}"
 
 
+def thing_of(key: str) -> tuple[str, str]:
+    """User and item of an errand in a tour."""
+    user, _, item = key.partition(" ")
+    return user, item
+
+
 @dataclass(kw_only=True)
 class Agenda:
     """Everything that the rules ask about beyond the state of the search.
@@ -60,7 +66,10 @@ class Agenda:
         Raises:
             MetricError: The metric raises, or gives no number.
         """
-        claim = self._claims.get(key_of(user, item)) or Claim(user=user, item=item)
+        return self.priority_of(self._claims.get(key_of(user, item)) or Claim(user=user, item=item))
+
+    def priority_of(self, claim: Claim) -> float:
+        """How urgent an errand with such a claim is now; errors as `priority`."""
         return measure(self.metric, claim, self.now())
 
     def errands(self, view: SearchView) -> tuple[OpenErrand, ...]:

@@ -65,7 +65,7 @@ class Moment:
     lists: Lists
 
 
-class Chronicle:
+class ListWatcher:
     """Says after which events of a search its lists are other than before."""
 
     def __init__(self) -> None:

@@ -7,9 +7,13 @@ Source: Haigh & Veloso (1996), section 4: Priority = PersonRank + TaskRank; (199
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import math
+import sys
+import types
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,23 +64,36 @@ class MetricError(ValueError):
 
 
 def load_metric(name: str) -> Metric:
-    """The metric named as ``module:name``, called without arguments if it is a class.
+    """The metric named as ``module:name`` or ``FILE.py:name``; a class is called without arguments.
 
     Raises:
-        MetricError: There is none of that name, or it cannot be called.
+        MetricError: There is none of that name, or it cannot be used.
     """
-    module, _, attribute = name.partition(":")
-    if not module or not attribute:
+    where, _, attribute = name.rpartition(":")
+    if not where or not attribute:
         raise MetricError(name, "it has no colon")
     try:
-        found = getattr(importlib.import_module(module), attribute)
+        found = getattr(_module(where), attribute)
         metric: Metric = found() if isinstance(found, type) else found
-    except (ImportError, AttributeError, TypeError) as error:
-        raise MetricError(name, str(error)) from error
+    except Exception as error:
+        raise MetricError(name, f"loading it raised {error!r}") from error
     if not callable(metric):
         raise MetricError(name, f"it is {metric!r}")
     measure(metric, Claim(user="somebody", item="something"), 0.0)
     return metric
+
+
+def _module(where: str) -> types.ModuleType:
+    if not where.endswith(".py"):
+        return importlib.import_module(where)
+    spec = importlib.util.spec_from_file_location(Path(where).stem, where)
+    if spec is None or spec.loader is None:
+        raise ImportError(where)
+    module = importlib.util.module_from_spec(spec)
+    # Dataclasses and pickling look a class up in the module that it names.
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
 
 
 def measure(metric: Metric, claim: Claim, now: float) -> float:
@@ -93,3 +110,20 @@ def measure(metric: Metric, claim: Claim, now: float) -> float:
     if not math.isfinite(priority):
         raise MetricError(name, f"for {claim} it gave {priority}")
     return priority
+
+
+def guarded(metric: Metric, complain: Callable[[MetricError], None]) -> Metric:
+    """A metric that gives the sum of ranks where ``metric`` fails, and complains the first time."""
+    complained = False
+
+    def safe(claim: Claim, now: float) -> float:
+        nonlocal complained
+        try:
+            return measure(metric, claim, now)
+        except MetricError as error:
+            if not complained:
+                complained = True
+                complain(error)
+            return RankSum()(claim, now)
+
+    return safe

@@ -20,6 +20,7 @@ from rogue.prodigy import (
     Problem,
     RuleSet,
     SearchOptions,
+    State,
     parse_domain,
     parse_problem,
 )
@@ -60,6 +61,18 @@ class Switches:
         if errand.back:
             return (bound_for,)
         return (needed, Literal("item-at", (*thing, errand.pickup)), bound_for)
+
+    def rooms_of(self, errand: Errand, state: State) -> list[Literal]:
+        """The rooms that a state has for user and item of an errand."""
+        if self.is_published:
+            return []
+        thing = (errand.user, errand.item)
+        return [
+            Literal(predicate, args)
+            for predicate in ("item-at", "bound-for")
+            for args in sorted(state.tuples(predicate))
+            if args[:2] == thing
+        ]
 
     def goal(self, errand: Errand) -> Literal:
         """The goal of an errand: that its user has the item, or that it is back.

@@ -102,6 +102,16 @@ class RequestBook:
         begun = request.state is RequestState.UNDERWAY
         return request.model_copy(update={"state": RequestState.SUSPENDED}) if begun else request
 
+    async def suspend(self, request_id: str, reason: str) -> None:
+        """Put a request aside that the robot has begun to serve; of others nothing changes."""
+        request = self._open.get(request_id)
+        if request is None or request.state is not RequestState.UNDERWAY:
+            return
+        changed = self.as_put_off(request)
+        if await self._store.change_request(changed):
+            await self._store.add_note(request_id, self._module.clock.now(), reason)
+            await self.took_effect(changed)
+
     async def end(self, request: DeliveryRequest, state: RequestState, reason: str) -> bool:
         """End an open request from outside of a step; says whether it was still open."""
         ended = self.as_ended(request, state, reason, await self._store.facts())

@@ -213,6 +213,7 @@ async def test_the_same_errand_again_is_done_again(scene: Scene):
     assert set((await scene.states()).values()) == {"completed"}
     steps = [step.operator for step in await scene.store.steps_of("again")]
     assert steps[0].startswith("goto-pickup-loc mitchell r-5305")
+    assert len(steps) == 4
     assert steps[-1] == "deliver-item r-5313 mitchell delivermail"
 
 
@@ -262,3 +263,36 @@ async def test_what_was_decided_is_recorded_for_whom_it_concerns(scene: Scene):
     assert {DecisionKind.PLANNED, DecisionKind.STEP, DecisionKind.OVERTAKEN} <= kinds
     [merged] = [d for d in await scene.store.decisions("b") if d.kind is DecisionKind.MERGED]
     assert merged.rivals == (Rival("a", 5),)
+
+
+async def test_an_urgent_errand_puts_another_aside_which_then_goes_on(scene: Scene):
+    urgent = {"user": "jhm", "item": "deliverfax", "pickup": "r-5301", "deliver": "r-5303"}
+    seen: list[str] = []
+
+    async def look() -> None:
+        seen.extend((await scene.states()).values())
+
+    scene.robot.events = {
+        0: lambda: scene.book.add(make_request("b", **urgent, rank=11), None),
+        2: look,
+    }
+    mail = make_request(
+        user="simmons", item="recyclecan", pickup="r-5305", deliver="r-5315", rank=1
+    )
+    await scene.play(Rules.WORKING, mail)
+    assert seen == ["suspended", "underway"]
+    assert await scene.states() == {"a": "completed", "b": "completed"}
+    steps = [step.operator.split()[0] for step in await scene.store.steps_of("a")]
+    assert steps.count("acquire-item") == 1
+
+
+async def test_of_many_requests_all_are_done_though_few_take_part_at_a_time(scene: Scene):
+    items = ["delivermail", "deliverfax", "returnbook", "recyclecan"]
+    users = ["mitchell", "jhm", "simmons", "veloso"]
+    rooms = sorted(PLACES)
+    requests = [
+        make_request(f"q{n}", user=user, item=item, pickup=rooms[n % 7], deliver=rooms[n % 7 + 1])
+        for n, (user, item) in enumerate((u, i) for u in users for i in items)
+    ]
+    await scene.play(Rules.WORKING, *requests)
+    assert set((await scene.states()).values()) == {"completed"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from rogue.errands import Chronicle, Errand, Lists, Moment, example1998, load_office_problem
+from rogue.errands import Errand, Lists, ListWatcher, Moment, example1998, load_office_problem
 from rogue.prodigy import Execute, Search
 
 PG_MITCHELL = "PG is (has-item mitchell delivermail)"
@@ -67,7 +67,7 @@ def moments() -> list[Moment]:
         load_office_problem("figure6", switches.domain), switches.options, switches.rules
     )
     jhm = Errand("jhm", "deliverfax", "r-5311", "r-5313")
-    chronicle, found = Chronicle(), list[Moment | None]()
+    chronicle, found = ListWatcher(), list[Moment | None]()
     for event in search.events():
         found.append(chronicle.observe(search, event))
         if isinstance(event, Execute):

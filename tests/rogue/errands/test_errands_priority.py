@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, nan
+from pathlib import Path
 
 import pytest
 from errands_play import corridor
@@ -14,6 +15,7 @@ from rogue.errands import (
     OpenErrand,
     RankSum,
     Travel,
+    guarded,
     load_metric,
     select,
 )
@@ -53,11 +55,18 @@ def test_a_metric_of_the_user_takes_the_place_of_the_sum(name: str):
     assert agenda.priority("mitchell", "delivermail") == metric(CLAIM, 0.0)
 
 
+def test_a_metric_may_stand_in_a_file(tmp_path: Path):
+    file = tmp_path / "own_metric.py"
+    file.write_text("def fair(claim, now):\n    return now - claim.posted\n")
+    assert load_metric(f"{file}:fair")(CLAIM, 60.0) == 60.0
+
+
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
         ("nothing", "it has no colon"),
         ("no.such.module:metric", "No module named 'no'"),
+        ("no/such/file.py:metric", "FileNotFoundError"),
         ("math:nothing", "no attribute 'nothing'"),
         ("math:pi", "it is 3.14"),
         ("test_errands_priority:broken", "it gave nan"),
@@ -67,6 +76,13 @@ def test_a_metric_of_the_user_takes_the_place_of_the_sum(name: str):
 def test_a_metric_that_cannot_be_used_is_refused(name: str, problem: str):
     with pytest.raises(MetricError, match=problem):
         load_metric(name)
+
+
+def test_where_a_metric_fails_the_sum_of_ranks_takes_its_place():
+    complaints: list[MetricError] = []
+    metric = guarded(broken, complaints.append)
+    assert [metric(CLAIM, 0.0), metric(CLAIM, 0.0)] == [RankSum()(CLAIM, 0.0)] * 2
+    assert len(complaints) == 1
 
 
 def errand(key: str, pickup: str, deliver: str, rank: float, **fields: bool) -> OpenErrand:

@@ -1,0 +1,75 @@
+"""Which requests take part in the search."""
+
+from __future__ import annotations
+
+from rogue_fakes import make_request
+
+from rogue.admission import MOST, MOST_ALONG, choose
+from rogue.messages import DeliveryRequest
+
+
+def chosen(
+    requests: list[DeliveryRequest],
+    *,
+    admitted: tuple[str, ...] = (),
+    pinned: tuple[str, ...] = (),
+    most: int = MOST,
+) -> list[str]:
+    found = choose(
+        requests,
+        admitted=admitted,
+        pinned=pinned,
+        priority=lambda request: float(request.rank),
+        identity=lambda request: (request.user, request.item),
+        most=most,
+    )
+    return [request.id for request in found]
+
+
+def request(number: int, rank: int, **fields: object) -> DeliveryRequest:
+    own = {"user": f"user{number}", "pickup": f"r-{100 + number}", "deliver": f"r-{200 + number}"}
+    return make_request(f"q{number}", rank=rank, **{**own, **fields})
+
+
+def test_the_most_urgent_take_part():
+    many = [request(number, number % 30) for number in range(100)]
+    ranks = [next(r.rank for r in many if r.id == name) for name in chosen(many)]
+    assert len(ranks) == MOST
+    assert ranks == sorted(ranks, reverse=True)
+    assert min(ranks) >= 29 - MOST // 3
+
+
+def test_of_equals_the_earlier_deadline_and_then_the_older_comes_first():
+    requests = [request(1, 0, deadline=3000.0), request(2, 0, deadline=2000.0)]
+    requests.append(request(3, 0, deadline=2000.0))
+    assert chosen(requests) == ["q2", "q3", "q1"]
+
+
+def test_who_takes_part_stays_unless_another_is_clearly_more_urgent():
+    requests = [request(1, 3), request(2, 4)]
+    assert chosen(requests, admitted=("q1",), most=1) == ["q1"]
+    requests = [request(1, 3), request(2, 5)]
+    assert chosen(requests, admitted=("q1",), most=1) == ["q2"]
+
+
+def test_what_is_on_the_tray_stays():
+    requests = [request(number, number) for number in range(1, 5)]
+    assert chosen(requests, pinned=("q1", "q2", "q3"), most=2) == ["q3", "q2", "q1"]
+
+
+def test_what_begins_and_ends_where_others_do_comes_along():
+    first = request(1, 9)
+    along = [
+        request(number, 0, pickup=first.pickup, deliver=first.deliver) for number in range(2, 20)
+    ]
+    elsewhere = request(30, 0)
+    assert chosen([first, elsewhere, *along], most=1) == [
+        "q1",
+        *(f"q{number}" for number in range(2, 2 + MOST_ALONG)),
+    ]
+
+
+def test_of_two_that_cannot_be_told_apart_one_waits():
+    one, other = request(1, 0, user="ann"), request(2, 9, user="ann")
+    assert chosen([one, other]) == ["q1"]
+    assert chosen([one, other], admitted=("q2",)) == ["q2"]
