@@ -16,6 +16,7 @@ from rogue.prodigy._errors import (
     Position,
     ProdigyError,
     SequenceError,
+    TooManyValuesError,
     UnknownNameError,
 )
 from rogue.prodigy._events import (
@@ -49,7 +50,7 @@ from rogue.prodigy._result import Limit, LimitKind, SearchResult, Status, Stop
 from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule, RuleSet
 from rogue.prodigy._search import Handler, Search
 from rogue.prodigy._snapshot import NodeState, SnapshotNode, TreeSnapshot
-from rogue.prodigy._solve import solve
+from rogue.prodigy._solve import Solution, solutions, solve
 from rogue.prodigy._state import State
 from rogue.prodigy._task import Task
 from rogue.prodigy._terms import Literal, Value, Variable
@@ -110,6 +111,7 @@ __all__ = [
     "SearchView",
     "SequenceError",
     "SnapshotNode",
+    "Solution",
     "Solutions",
     "Standing",
     "State",
@@ -117,6 +119,7 @@ __all__ = [
     "StepView",
     "Stop",
     "Task",
+    "TooManyValuesError",
     "TreeNode",
     "TreeSnapshot",
     "TreeStep",
@@ -132,6 +135,7 @@ __all__ = [
     "parse_literal",
     "parse_problem",
     "render_tree",
+    "solutions",
     "solve",
     "validate_plan",
 ]

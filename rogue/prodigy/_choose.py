@@ -12,6 +12,7 @@ from rogue.prodigy._instance import Instance
 from rogue.prodigy._levels import AbstractionLevels
 from rogue.prodigy._nodes import Node
 from rogue.prodigy._options import Mode, SearchOptions
+from rogue.prodigy._protect import protections
 from rogue.prodigy._rules import Action, DecideRule
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._tree import Tree
@@ -26,6 +27,7 @@ class Chooser:
         self._tree = tree
         self._decider = decider
         self._mode = options.mode
+        self._protects = options.protection
         self._levels = AbstractionLevels(tree.domain) if options.use_abs_level else None
         self._has_decide_rules = any(isinstance(r, DecideRule) for r in decider.rules.rules)
 
@@ -41,14 +43,19 @@ class Chooser:
         ready, operators = self._applicable(node)
         if not ready and not goals.candidates:
             reason = goals.explained(operators.explained("no pending goals"))
-            return None if node.children else Failure(node, reason)
+            child = self._protect(node) if self._protects else None
+            return child or (None if node.children else Failure(node, reason))
         if self._is_subgoal(node, can_apply=bool(ready), can_subgoal=bool(goals.candidates)):
             return self._subgoal(node, pending, goals, can_apply=bool(ready))
         return self._apply(node, ready, operators, can_subgoal=bool(goals.candidates))
 
     def is_spent(self, node: Node) -> bool:
         """Say whether a node at which something may be left to try has nothing left."""
-        if not node.is_unsettled or self._goals(node, self._pending(node)).candidates:
+        if (
+            self._protects
+            or not node.is_unsettled
+            or self._goals(node, self._pending(node)).candidates
+        ):
             return False
         return not self._applicable(node)[0]
 
@@ -84,6 +91,7 @@ class Chooser:
             return can_subgoal
         ruled = decide(self._decider.rules, self._decider.view(node))
         if ruled is not None:
+            self._decider.note_decided(node, *ruled)
             return ruled[0] is Action.SUB_GOAL
         return self._mode is Mode.SABA
 
@@ -95,7 +103,7 @@ class Chooser:
         others = 0 if node.only_apply else len(goals.candidates) - 1
         child = self._tree.add_goal(node, goal, pending[goal], others)
         self._decider.note(Choice.GOAL, node, child, picked)
-        if not others and not can_apply:
+        if not (others or can_apply or self._protects):
             self._tree.close(node)
         return child
 
@@ -106,10 +114,21 @@ class Chooser:
         node.tried.add(binding)
         child = self._tree.add_applied(node, binding)
         self._decider.note(Choice.APPLIED_OP, node, child, picked)
-        if len(ready) == 1 and not can_subgoal:
+        if len(ready) == 1 and not (can_subgoal or self._protects):
             self._tree.close(node)
         if child.situation.repeats(node.situation):
             return Failure(child, "applying leads to state loop")
+        return child
+
+    def _protect(self, node: Node) -> Node | None:
+        world = self._tree.world(node.situation.state)
+        untried = [p for p in protections(node.situation, world) if p not in node.tried]
+        if not untried:
+            return None
+        node.tried.add(untried[0])
+        child = self._tree.add_protection(node, untried[0])
+        texts = tuple(map(str, untried))
+        self._decider.note_protection(node, child, texts)
         return child
 
     def _pick_applied(

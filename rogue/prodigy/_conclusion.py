@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rogue.prodigy._grounding import World
 from rogue.prodigy._options import Solutions
-from rogue.prodigy._proof import prove_unsolvable
+from rogue.prodigy._proof import proof_budget, prove_unsolvable
 from rogue.prodigy._result import Limit, LimitKind, SearchResult, Status, Stop
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._trace import ACHIEVED
@@ -56,14 +57,15 @@ def limit_reached(engine: Engine) -> Ending | None:
 def exhausted(engine: Engine) -> Ending:
     """Return the end of a search that has nothing left to try."""
     options, tree = engine.options, engine.tree
-    cut = Limit(LimitKind.DEPTH, options.depth_bound or 0) if engine.cut else None
+    cut = engine.cut
     if engine.solutions.count:
         found = f"{engine.solutions.count} solutions were found"
         reason = f"{found}; {cut}" if cut else f"{found}; no alternatives are left"
         return Ending(Status.SOLVED, reason, cut)
     facts = tree.barrier.situation.facts
     goals = tree.goal_sets(facts.state)
-    world = tree.world(facts.base)
+    budget = proof_budget(options.proof_states, engine.is_late)
+    world = World(tree.domain, tree.objects, facts.base, budget)
     proof = prove_unsolvable(world, goals, options.proof_states, tree.inference, facts)
     if proof.is_proved:
         return Ending(Status.UNSOLVABLE, proof.reason, hopeless=proof.hopeless)

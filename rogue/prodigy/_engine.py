@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
+from rogue.prodigy._budget import Budget, OutOfTimeError
 from rogue.prodigy._conclusion import Ending, achieved, conclude, exhausted, limit_reached
 from rogue.prodigy._effects import changes
+from rogue.prodigy._errors import TooManyValuesError
 from rogue.prodigy._events import (
     Announced,
     Decided,
@@ -27,7 +29,7 @@ from rogue.prodigy._handlers import ACHIEVE, START_RUN, Handlers
 from rogue.prodigy._nodes import Node
 from rogue.prodigy._options import PollPoint, SearchOptions, Solutions
 from rogue.prodigy._problem import Problem
-from rogue.prodigy._result import SearchResult, Stop
+from rogue.prodigy._result import Limit, LimitKind, SearchResult, Stop
 from rogue.prodigy._rules import RuleSet
 from rogue.prodigy._situation import Situation
 from rogue.prodigy._solutions import SolutionFilter
@@ -52,25 +54,33 @@ class Engine:
 
     Attributes:
         awaiting: The applied node whose action is executing.
-        cut: A branch was cut at the depth bound.
+        cut: The first bound at which a branch was cut.
+        is_stepping: The search is running, not the caller.
         resumed_at: When the caller last asked for an event.
         seconds: Time spent before that.
         stopped: Who wants an end and why, or None.
     """
 
-    def __init__(self, problem: Problem, options: SearchOptions, rules: RuleSet) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        options: SearchOptions,
+        rules: RuleSet,
+        known: SolutionFilter | None = None,
+    ) -> None:
         self.options = options
-        self.tree = Tree(problem)
+        self.is_stepping = False
+        self.resumed_at = self.seconds = 0.0
+        self.tree = Tree(problem, Budget(options.max_bindings, self.is_late))
         self.trace = Trace(options.level, options.max_held)
         self.handlers = Handlers()
-        self.solutions = SolutionFilter(options.solutions)
+        self.solutions = known or SolutionFilter(options.solutions)
         self.decided: deque[Decided] = deque(maxlen=options.max_held)
         self.done: deque[StepView] = deque(maxlen=options.max_held)
         self.awaiting: Node | None = None
-        self.cut = False
+        self.cut: Limit | None = None
         self.stopped: Stop | None = None
         self.result: SearchResult | None = None
-        self.resumed_at = self.seconds = 0.0
         self._predicted: tuple[Facts, Facts] = ((), ())
         self._expander = Expander(self.tree, rules, options)
         self._last: Node | None = None
@@ -80,17 +90,27 @@ class Engine:
 
     def run(self) -> Iterator[Event]:
         """Yield the events of the search; the caller acts between them."""
+        try:
+            ending = yield from self._search()
+        except TooManyValuesError as error:
+            ending = Ending.at(Limit(LimitKind.BINDINGS, error.most))
+        except OutOfTimeError:
+            ending = Ending.at(Limit(LimitKind.SECONDS, self.options.time_limit or 0.0))
+        self.result = conclude(self, ending)
+        yield Finished(self.result)
+
+    def _search(self) -> Generator[Event, None, Ending]:
         self.handlers.signal(START_RUN)
         yield from self._announce_root()
         while (ending := self._ended()) is None:
+            self.tree.budget.renew()
             if self._is_achieved():
                 yield from self._take_solution()
             elif not self.tree.open:
                 yield from self._reroot()
             else:
                 yield from self._one_cycle()
-        self.result = conclude(self, ending)
-        yield Finished(self.result)
+        return ending
 
     def _one_cycle(self) -> Iterator[Event]:
         node = self._expander.choose_node()
@@ -145,6 +165,11 @@ class Engine:
         """Say whether *finish* is applicable and nothing remains to be executed for it."""
         return self.tree.at.visited and self.current().is_achieved()
 
+    def is_late(self) -> bool:
+        """Say whether the time is up in the midst of a step."""
+        limit = self.options.time_limit
+        return self.is_stepping and limit is not None and self.elapsed() >= limit
+
     def elapsed(self) -> float:
         """Return the seconds spent searching."""
         return self.seconds + self.options.clock() - self.resumed_at
@@ -174,8 +199,8 @@ class Engine:
         bound = self.options.depth_bound
         outcome: Node | Failure | None
         if bound is not None and node.depth + _EARLIER[node.kind] > bound:
-            self.cut = True
-            outcome = Failure(node, f"hit depth bound ({bound})")
+            limit = Limit(LimitKind.DEPTH, bound)
+            outcome = Failure(node, f"hit depth bound ({bound})", limit=limit)
         elif self.solutions.is_too_long(node):
             outcome = Failure(node, "no shorter than a plan that was found")
         else:
@@ -196,6 +221,7 @@ class Engine:
 
     def _fail(self, failure: Failure) -> Iterator[Event]:
         node = failure.node
+        self.cut = self.cut or failure.limit
         node.failure = failure.reason
         self.tree.close(node)
         line = self.trace.failure(node, failure.reason)

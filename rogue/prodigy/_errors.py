@@ -94,6 +94,17 @@ class FunctionError(ProdigyError):
         super().__init__(f"function ({function} {shown}) {problem}")
 
 
+class TooManyValuesError(ProdigyError):
+    """One question to the domain took more values of variables than ``max_bindings`` allows.
+
+    Within a search it ends the search at that limit, or only the operator to be bound.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        super().__init__(f"more than {most} values of variables were tried in one step")
+
+
 class InferenceError(ProdigyError):
     """Inference rules of which one says something because it is not said."""
 

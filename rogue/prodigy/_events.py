@@ -24,6 +24,7 @@ class Choice(StrEnum):
 
     GOAL = "goal"
     OPERATOR = "operator"
+    PROTECT = "protect"
     BINDINGS = "bindings"
     APPLIED_OP = "applied-op"
     DECIDE = "apply-or-subgoal"
@@ -63,6 +64,10 @@ class NodeView:
     args: tuple[Value, ...]
     failure: str = ""
     executed: bool = False
+
+    def __str__(self) -> str:
+        return f"n{self.number}"
+
     above: tuple[int, ...] = ()
     needs: tuple[Literal, ...] = ()
 
@@ -100,7 +105,8 @@ class Decided:
     Attributes:
         choice: What was chosen among.
         at: Number of the node whose expansion it was.
-        node: The node made for what was chosen; None if every candidate was refused.
+        node: The node made for what was chosen; None if every candidate was refused, and for
+            the choice between sub-goaling and applying.
         chosen: Text of what was chosen.
         alternatives: Texts of the candidates before any rule, in their order.
         reason: Name of the rule that decided, or of the default (``first``, ``free to go``, ...).

@@ -17,6 +17,9 @@ def excise(node: Node, tree: Tree) -> None:
     """
     applied = _newest_applied(node)
     node.structural = True
+    if applied.kind is NodeKind.PROTECTION:
+        # What it protects may be given up, and its operator be applied without.
+        return
     while node.structural:
         if node.kind is NodeKind.GOAL and node.needed_by:
             node = _give_up(node.needed_by[0], applied, tree)
@@ -41,6 +44,7 @@ def _give_up(consumer: Node, applied: Node, tree: Tree) -> Node:
 
 
 def _newest_applied(node: Node) -> Node:
-    while node.kind is not NodeKind.APPLIED and node.parent is not None:
+    ends = {NodeKind.APPLIED, NodeKind.PROTECTION}
+    while node.kind not in ends and node.parent is not None:
         node = node.parent
     return node

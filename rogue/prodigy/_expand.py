@@ -8,12 +8,14 @@ from rogue.prodigy._choose import Chooser
 from rogue.prodigy._control import Filtered, filter_candidates
 from rogue.prodigy._decide import Decider, Failure
 from rogue.prodigy._domain import InferenceMode, Operator
-from rogue.prodigy._events import Choice, Decided, NodeKind
+from rogue.prodigy._errors import TooManyValuesError
+from rogue.prodigy._events import Choice, Decided, NodeKind, NodeView
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import FINISH, instances_for, is_relevant
 from rogue.prodigy._loops import looping_ancestor, looping_operator
 from rogue.prodigy._nodes import Node
 from rogue.prodigy._options import SearchOptions
+from rogue.prodigy._result import Limit, LimitKind
 from rogue.prodigy._rules import RuleSet
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._tree import Tree
@@ -29,6 +31,7 @@ class Expander:
         self._options = options
         self._decider = Decider(tree, rules)
         self._chooser = Chooser(tree, self._decider, options)
+        self._has_node_rules = self._decider.has_rules(Choice.NODE)
         inferring = tree.domain.inference_rules
         lazy = [r for r in inferring if r.mode is InferenceMode.LAZY]
         self._achievers = _by_effect([*tree.domain.operators, *lazy])
@@ -41,8 +44,25 @@ class Expander:
 
     def choose_node(self) -> Node | None:
         """Return the open node to visit next: depth first if no rule says otherwise."""
-        self._tree.go_to(self._tree.newest())
-        return self._tree.newest()
+        node = self._tree.newest()
+        if self._has_node_rules and node is not None:
+            node = self._ruled_node(node)
+        self._tree.go_to(node)
+        return node
+
+    def _ruled_node(self, newest: Node) -> Node | None:
+        """Return the open node that the rules choose, None if they reject all."""
+        opened = self._tree.open
+        views = tuple(opened[number].view() for number in reversed(opened))
+        filtered = self._decider.filter(Choice.NODE, newest, views)
+        if not filtered.candidates:
+            return None
+        picked = self._decider.pick(Choice.NODE, newest, filtered)
+        assert isinstance(picked.chosen, NodeView)
+        node = opened[picked.chosen.number]
+        if picked.fired:
+            self._decider.note_node(newest, node, picked)
+        return node
 
     def is_spent(self, node: Node) -> bool:
         """Say whether a node at which something may be left to try has nothing left."""
@@ -70,6 +90,7 @@ class Expander:
             node.operators = [c for c in operators if c in filtered.candidates]
         if not node.operators:
             reason = filtered.explained("no choices for operators")
+            self._refused(Choice.OPERATOR, node, filtered)
             return Failure(node, reason) if not node.children else None
         picked = self._decider.pick(Choice.OPERATOR, node, filtered)
         operator = next(o for o in node.operators if o is picked.chosen)
@@ -79,6 +100,10 @@ class Expander:
         if not node.operators:
             self._tree.close(node)
         return child
+
+    def _refused(self, choice: Choice, node: Node, filtered: Filtered) -> None:
+        if filtered.fired and not node.children:
+            self._decider.note_refused(choice, node, filtered)
 
     def _relevant(self, goal: Literal, node: Node) -> list[Operator]:
         world = self._tree.world(node.situation.state)
@@ -115,7 +140,11 @@ class Expander:
         loop = looping_operator(node, world)
         if loop is not None:
             return Failure(node, f"goal loop with node {loop.number}", structural=True)
-        made = tuple(instances_for(node.operator, node.goal, world))
+        try:
+            made = tuple(instances_for(node.operator, node.goal, world))
+        except TooManyValuesError as error:
+            limit = Limit(LimitKind.BINDINGS, error.most)
+            return Failure(node, f"more than {error.most} bindings to try", limit=limit)
         # The first three nodes are made by hand: no rule speaks of *finish*.
         rules = RuleSet() if node.operator.name == FINISH else self._decider.rules
         filtered = filter_candidates(rules, Choice.BINDINGS, self._decider.view(node), made)
@@ -124,6 +153,7 @@ class Expander:
         if not instances:
             structural = not made and not any(v.calls for v in node.operator.variables)
             reason = filtered.explained("no choices for bindings (I tried)")
+            self._refused(Choice.BINDINGS, node, filtered)
             return Failure(node, reason, structural)
         if self._options.min_conspiracy_number:
             holds = world.state.holds

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from rogue.prodigy._budget import Budget
 from rogue.prodigy._domain import Domain
 from rogue.prodigy._errors import FunctionError
 from rogue.prodigy._expressions import (
@@ -35,11 +36,19 @@ Given = tuple[Requirement, ...]
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """A state together with what is needed to ask questions about it."""
+    """A state together with what is needed to ask questions about it.
+
+    With a budget, questions that take too many values end with one of its errors.
+    """
 
     domain: Domain
     objects: Objects
     state: State
+    budget: Budget | None = None
+
+    def at(self, state: State) -> World:
+        """Return the same with another state."""
+        return World(self.domain, self.objects, state, self.budget)
 
     def combinations(
         self,
@@ -84,6 +93,8 @@ class World:
         generating, values = self._candidates(spec, bindings, mine, hints)
         waiting.extend((call, spec) for call in spec.calls if call is not generating)
         for value in values:
+            if self.budget is not None:
+                self.budget.spend()
             extended = {**bindings, spec.name: value}
             if all(self._may_hold(r, extended) for r in mine):
                 yield from self._extended(others, extended, known, waiting)
@@ -217,22 +228,25 @@ class World:
                 yield from self.branches(part, bindings, positive=not positive)
             case And(parts) | Or(parts):
                 each = [self.branches(part, bindings, positive=positive) for part in parts]
-                yield from _joined(each, all_of=isinstance(expression, And) == positive)
+                all_of = isinstance(expression, And) == positive
+                yield from _joined(each, self.budget, all_of=all_of)
             case Exists(variables, body) | Forall(variables, body):
                 some = isinstance(expression, Exists) == positive
                 given = self.static(body, positive=positive if some else not positive)
                 cases = self.combinations(variables, bindings, given)
                 each = [self.branches(body, case, positive=positive) for case in cases]
-                yield from _joined(each, all_of=not some)
+                yield from _joined(each, self.budget, all_of=not some)
 
 
 def _joined(
-    each: list[Iterator[tuple[Literal, ...]]], *, all_of: bool
+    each: list[Iterator[tuple[Literal, ...]]], budget: Budget | None, *, all_of: bool
 ) -> Iterator[tuple[Literal, ...]]:
     if not all_of:
         yield from itertools.chain.from_iterable(each)
         return
     for combination in itertools.product(*each):
+        if budget is not None:
+            budget.spend()
         literals = dict.fromkeys(itertools.chain.from_iterable(combination))
         if not any(literal.negated() in literals for literal in literals):
             yield tuple(literals)

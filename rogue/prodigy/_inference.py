@@ -22,7 +22,6 @@ from rogue.prodigy._grounding import World
 from rogue.prodigy._state import State
 from rogue.prodigy._strata import consulted, in_strata, mentioned
 from rogue.prodigy._terms import Literal
-from rogue.prodigy._types import Objects
 
 Literals = frozenset[Literal]
 _NONE: Literals = frozenset()
@@ -58,7 +57,6 @@ class Inference:
 
     def __init__(self, domain: Domain, goals: Iterable[Expression] = ()) -> None:
         rules = domain.inference_rules
-        self._domain = domain
         self._static = in_strata([r for r in rules if r.mode is InferenceMode.STATIC])
         eager = [r for r in rules if r.mode is InferenceMode.EAGER]
         lazy = [r for r in rules if r.mode is InferenceMode.LAZY]
@@ -70,69 +68,69 @@ class Inference:
         self.lazy_rules = tuple(r for r in lazy if r not in full)
         self.is_idle = not rules
 
-    def rooted(self, state: State, objects: Objects) -> State:
-        """Return ``state`` with what static rules say."""
-        return self._closed(state, self._static, objects)[0] if self._static else state
+    def rooted(self, world: World) -> State:
+        """Return a state with what static rules say in it."""
+        return self._closed(world, self._static)[0] if self._static else world.state
 
-    def start(self, state: State, objects: Objects) -> Inferred:
-        """Return what is so at a root."""
-        return self.after(Inferred(state, state), self.rooted(state, objects), objects)
+    def start(self, world: World) -> Inferred:
+        """Return what is so at a root with the facts of ``world``."""
+        rooted = self.rooted(world)
+        return self.after(Inferred(rooted, rooted), world.at(rooted))
 
-    def after(self, before: Inferred, base: State, objects: Objects) -> Inferred:
-        """Return what is so once operators or the world have made ``base`` of what was so."""
+    def after(self, before: Inferred, world: World) -> Inferred:
+        """Return what is so once operators or others have made ``world`` of what was so.
+
+        Args:
+            before: What was so.
+            world: What operators and static rules made, without what else is inferred.
+        """
+        base = world.state
         if self.is_idle:
             return Inferred(base, base)
-        state, eager = base, _NONE
-        if self._eager:
-            eager = self._eager_round(before.eager, base, objects)
-            state = _with(base, eager)
-        return self._lazily(base, state, eager, before.lazy, objects)
+        eager = self._eager_round(before.eager, world) if self._eager else _NONE
+        return self._lazily(world, eager, before.lazy)
 
-    def fired(self, before: Inferred, said: Literals, objects: Objects) -> Inferred:
+    def fired(self, before: Inferred, said: Literals, world: World) -> Inferred:
         """Return what is so once a lazy rule was fired that says ``said``."""
-        state = _with(before.base, before.eager)
-        lazy = before.lazy | said
-        return self._lazily(before.base, state, before.eager, lazy, objects)
+        return self._lazily(world.at(before.base), before.eager, before.lazy | said)
 
-    def axioms(self, before: Inferred, base: State, objects: Objects) -> Inferred:
-        """Return what is so if all lazy rules were chosen wherever they can fire."""
+    def axioms(self, before: Inferred, world: World) -> Inferred:
+        """Return what ``after`` does, as if all lazy rules were chosen wherever they can fire."""
+        base = world.state
         if self.is_idle:
             return Inferred(base, base)
-        eager = self._eager_round(before.eager, base, objects)
-        state, lazy = self._closed(_with(base, eager), self._lazy, objects)
+        eager = self._eager_round(before.eager, world)
+        state, lazy = self._closed(world.at(_with(base, eager)), self._lazy)
         return Inferred(base, state, eager, lazy)
 
-    def _lazily(
-        self, base: State, state: State, eager: Literals, lazy: Literals, objects: Objects
-    ) -> Inferred:
+    def _lazily(self, world: World, eager: Literals, lazy: Literals) -> Inferred:
+        base, state = world.state, _with(world.state, eager)
         if self._full:
-            state, _ = self._closed(state, self._full, objects)
+            state, _ = self._closed(world.at(state), self._full)
         if lazy:
-            state, lazy = self._closed(state, self._lazy, objects, only=lazy)
+            state, lazy = self._closed(world.at(state), self._lazy, only=lazy)
         return Inferred(base, state, eager, lazy)
 
-    def _eager_round(self, before: Literals, base: State, objects: Objects) -> Literals:
-        kept, state = _NONE, base
+    def _eager_round(self, before: Literals, world: World) -> Literals:
+        kept = _NONE
         if before and self._is_chained:
-            state, kept = self._closed(base, self._eager, objects, only=before)
-        world = World(self._domain, objects, state)
+            state, kept = self._closed(world, self._eager, only=before)
+            world = world.at(state)
         said = {one for stratum in self._eager for rule in stratum for one in _says(rule, world)}
         return kept | said
 
     def _closed(
         self,
-        state: State,
+        world: World,
         strata: Sequence[Sequence[InferenceRule]],
-        objects: Objects,
         *,
         only: Literals | None = None,
     ) -> tuple[State, Literals]:
-        """Return ``state`` with all that follows, of ``only`` if given, and what that is."""
-        base, found = state, set[Literal]()
+        """Return the state with all that follows, of ``only`` if given, and what that is."""
+        base, state, found = world.state, world.state, set[Literal]()
         for stratum in strata:
             while True:
-                world = World(self._domain, objects, state)
-                said = {one for rule in stratum for one in _says(rule, world)}
+                said = {one for rule in stratum for one in _says(rule, world.at(state))}
                 new = (said if only is None else said & only) - found
                 if not new:
                     break

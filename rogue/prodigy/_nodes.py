@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from immutables import Map
 
@@ -12,6 +13,9 @@ from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import FINISH
 from rogue.prodigy._situation import Situation
 from rogue.prodigy._terms import Literal
+
+if TYPE_CHECKING:
+    from rogue.prodigy._protect import Protection
 
 
 @dataclass(slots=True, eq=False)
@@ -41,6 +45,7 @@ class Node:
         steps: How many operators were applied down to here.
         is_unsettled: Whether something is left to try here was not looked at yet.
         goals_above: For goal nodes, the goals on every path up to (done), once they were asked for.
+        protection: For protection nodes, what they protect and how.
         decided_by: The rule, or the default, that chose it.
     """
 
@@ -72,11 +77,14 @@ class Node:
     steps: int = 0
     is_unsettled: bool = False
     goals_above: Map[Literal, Node] | None = None
+    protection: Protection | None = None
 
     def text(self) -> str:
         """Return what is printed behind the number."""
         if self.kind is NodeKind.GOAL:
             return str(self.goal)
+        if self.protection is not None:
+            return str(self.protection)
         if self.instance is not None:
             shown = str(self.instance)
             return shown.upper() if self.kind is NodeKind.APPLIED else shown
@@ -89,6 +97,10 @@ class Node:
     def is_applicable(self) -> bool:
         """Say whether this binds an operator, neither an inference rule nor *finish*."""
         return not self.is_finish() and not isinstance(self.operator, InferenceRule)
+
+    def is_choice(self) -> bool:
+        """Say whether "apply or sub-goal?" is asked here."""
+        return self.kind not in {NodeKind.GOAL, NodeKind.OPERATOR}
 
     def is_root(self) -> bool:
         """Say whether this is the applied operator of nothing at which a search starts."""

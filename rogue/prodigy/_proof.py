@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
+from rogue.prodigy._budget import Budget
 from rogue.prodigy._domain import InferenceMode, Operator
 from rogue.prodigy._effects import changes
+from rogue.prodigy._errors import TooManyValuesError
 from rogue.prodigy._functions import GEN_FROM_PRED
 from rogue.prodigy._grounding import World
 from rogue.prodigy._inference import Inference, Inferred
@@ -20,6 +22,9 @@ MOST_INSTANCES = 20_000
 """Instances of operators that are looked at before the proof is given up."""
 CHECKS_A_STATE = 50
 """Instances checked per state of the budget, on average."""
+
+LEAST_VALUES = 200_000
+"""Values that may be tried for a proof however few states are to be looked at."""
 
 Goals = tuple[Literal, ...]
 
@@ -43,6 +48,11 @@ class _OutOfBudgetError(Exception):
     """Too much to look at."""
 
 
+def proof_budget(states: int, is_late: Callable[[], bool]) -> Budget:
+    """Return the budget of a proof that may look at ``states`` states."""
+    return Budget(max(LEAST_VALUES, states * CHECKS_A_STATE), is_late)
+
+
 def prove_unsolvable(
     world: World,
     alternatives: Iterable[Goals],
@@ -61,13 +71,19 @@ def prove_unsolvable(
         states: How many states may be looked at.
         inference: The inference rules.
         inferred: What was inferred so far, from which the rest follows.
+
+    Raises:
+        OutOfTimeError: If the time of the budget of ``world`` is up.
     """
-    goal_sets = list(alternatives)
+    try:
+        goal_sets = list(alternatives)
+    except TooManyValuesError:
+        return Proof(False, "whether there is a plan is not known")
     if not goal_sets:
         return Proof(True, "no values for the variables of the goal")
     try:
-        missed = _relaxed(world, goal_sets, inference.axioms(inferred, world.state, world.objects))
-    except _OutOfBudgetError:
+        missed = _relaxed(world, goal_sets, inference.axioms(inferred, world))
+    except (_OutOfBudgetError, TooManyValuesError):
         missed = []
     if missed and all(missed):
         hopeless = tuple(dict.fromkeys(goal for goals in missed for goal in goals))
@@ -93,7 +109,7 @@ def _relaxed(world: World, goal_sets: list[Goals], begun: Inferred) -> list[Goal
 
     size = -1
     while size != (size := sum(1 for _ in reached.facts()) + len(undone)):
-        now = World(world.domain, world.objects, reached)
+        now = world.at(reached)
         for instance in _ground([*domain.operators, *rules], now):
             if all(is_reachable(p) for p in instance.preconditions):
                 added, deleted = _possible_effects(instance, now)
@@ -137,24 +153,26 @@ def _exhaustive(
     try:
         fixed = list(_ground([o for o in world.domain.operators if not _varies(o)], world))
         varying = [o for o in world.domain.operators if _varies(o)]
-        start = inference.axioms(inferred, world.state, world.objects)
+        start = inference.axioms(inferred, world)
         seen = {(start.base, start.eager)}
         agenda, checks = deque([start]), 0
         while agenda:
             facts = agenda.popleft()
-            now = World(world.domain, world.objects, facts.state)
+            now = world.at(facts.state)
+            if now.budget is not None:
+                now.budget.spend()
             if any(all(map(now.state.holds, goals)) for goals in goal_sets):
                 return Proof(False, "there is a plan")
             instances = [*fixed, *_ground(varying, now)]
             checks += len(instances)
             for base in _successors(now, facts.base, instances):
-                after = inference.axioms(facts, base, world.objects)
+                after = inference.axioms(facts, world.at(base))
                 if (after.base, after.eager) not in seen:
                     seen.add((after.base, after.eager))
                     agenda.append(after)
             if len(seen) > states or checks > states * CHECKS_A_STATE:
                 return Proof(False, "whether there is a plan is not known")
-    except _OutOfBudgetError:
+    except (_OutOfBudgetError, TooManyValuesError):
         return Proof(False, "whether there is a plan is not known")
     return Proof(True, f"proved unsolvable: none of the {len(seen)} states in reach has the goals")
 

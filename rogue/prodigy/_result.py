@@ -37,7 +37,7 @@ class LimitKind(StrEnum):
     HELD = "held"
     """Nodes held at once: ``SearchOptions.max_held``."""
     BINDINGS = "bindings"
-    """Ways to bind one operator: ``SearchOptions.max_bindings``."""
+    """Values tried in one step: ``SearchOptions.max_bindings``."""
     PROOF_STATES = "proof-states"
     """No alternatives are left, and ``SearchOptions.proof_states`` did not do for a proof."""
 
@@ -57,9 +57,9 @@ class Limit:
             case LimitKind.DEPTH:
                 return f"gave up: no alternatives are left above the depth bound ({shown})"
             case LimitKind.HELD:
-                return f"gave up with {shown} nodes held"
+                return f"gave up with {int(self.value)} nodes held"
             case LimitKind.BINDINGS:
-                return f"gave up: an operator can be bound in more than {shown} ways"
+                return f"gave up: more than {int(self.value)} values to try in one step"
             case LimitKind.PROOF_STATES:
                 return "gave up: no alternatives are left"
         return f"gave up after {int(self.value)} nodes"

@@ -12,6 +12,7 @@ from rogue.prodigy._problem import Problem, check_literal
 from rogue.prodigy._result import SearchResult, Stop
 from rogue.prodigy._rules import RuleSet
 from rogue.prodigy._snapshot import TreeSnapshot, take_snapshot
+from rogue.prodigy._solutions import SolutionFilter
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
 from rogue.prodigy._types import Objects
@@ -44,6 +45,7 @@ class Search:
         problem: What to solve; its goal may be empty and goals be added at the first poll.
         options: Mode, limits, whether to execute, where to poll.
         rules: Control rules, defined after those of the domain.
+        known: Solutions of an earlier search of the same problem, of which this one goes on.
     """
 
     def __init__(
@@ -51,11 +53,13 @@ class Search:
         problem: Problem,
         options: SearchOptions | None = None,
         rules: RuleSet | None = None,
+        *,
+        known: SolutionFilter | None = None,
     ) -> None:
         self.problem = problem
         self.options = options or SearchOptions()
-        known = problem.domain.rules or RuleSet()
-        self._engine = Engine(problem, self.options, known + (rules or RuleSet()))
+        of_domain = problem.domain.rules or RuleSet()
+        self._engine = Engine(problem, self.options, of_domain + (rules or RuleSet()), known)
         self._events = self._engine.run()
 
     def step(self) -> Event | None:
@@ -70,9 +74,11 @@ class Search:
             raise SequenceError(f"{step} is executing: give its outcome with executed() first")
         began = self.options.clock()
         self._engine.resumed_at = began
+        self._engine.is_stepping = True
         try:
             return next(self._events, None)
         finally:
+            self._engine.is_stepping = False
             self._engine.seconds += self.options.clock() - began
 
     def events(self) -> Iterator[Event]:

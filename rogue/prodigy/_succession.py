@@ -42,6 +42,11 @@ class Succession:
                 draft = self._draft(above)
                 draft.choose(node, self._tree.finish_needs(node) if node.is_finish() else None)
                 return self._chained(draft.done())
+            case NodeKind.PROTECTION if node.protection is not None:
+                draft = self._draft(above)
+                binding = node.protection.binding
+                draft.require(binding, (*above.needs(binding), *node.protection.needs))
+                return draft.done()
             case NodeKind.APPLIED:
                 return self._applied(node, above)
         return above
@@ -101,7 +106,7 @@ class Succession:
         forget: bool,
     ) -> None:
         """Go on to the facts ``base``, with what inference rules make of them."""
-        facts = self._inference.after(above.facts, base, self._tree.objects)
+        facts = self._inference.after(above.facts, self._tree.world(base))
         if not self._inference.is_idle:
             changed = facts.state.difference(above.state)
         draft.move(facts, changed, forget=forget)
@@ -122,7 +127,7 @@ class Succession:
         assert node.goal is not None
         world = self._tree.world(above.state)
         said = frozenset({node.goal, *says(node.instance, world)})
-        facts = self._inference.fired(above.facts, said, self._tree.objects)
+        facts = self._inference.fired(above.facts, said, world)
         draft = self._draft(above)
         draft.drop(node)
         draft.leave(node.goal)
@@ -137,7 +142,7 @@ class Succession:
         if situation.finish is not None:
             draft.require(situation.finish, self._tree.finish_needs(situation.finish))
         base = situation.facts.base.changed(added, deleted)
-        base = self._inference.rooted(base, self._tree.objects)
+        base = self._inference.rooted(self._tree.world(base))
         self._move(draft, situation, base, (*added, *deleted), forget=True)
         return self._chained(draft.done())
 
@@ -170,6 +175,8 @@ class Succession:
 def _still_makes_sense(node: Node, above: Situation) -> bool:
     if node.binding is not None:
         return not above.lacks(node.binding)
+    if node.protection is not None:
+        return node.protection.binding.number in above.tail
     if node.kind is NodeKind.GOAL and node.goal is not None and node.goal != DONE:
         return node.goal in above.wanted and bool(above.view.consumers(node.goal))
     return True

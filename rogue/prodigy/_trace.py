@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from rogue.prodigy._events import Decided, NodeKind, RuleFired
+from rogue.prodigy._events import Choice, Decided, NodeKind, RuleFired
 from rogue.prodigy._nodes import Node
 
 ACHIEVED = "Achieved top-level goals."
 NOT_ACHIEVED = " warning: desired goal was not achieved"
+
+
+_PLURALS = {Choice.GOAL: "goals", Choice.OPERATOR: "operators", Choice.NODE: "nodes"}
 
 
 class Trace:
@@ -45,11 +48,14 @@ class Trace:
 
     def rule(self, decided: Decided, fired: RuleFired) -> None:
         """Print a rule that fired."""
-        if self._level >= 3:
-            listed = " ".join(fired.effect)
-            self._append(
-                f"    Firing {fired.action} {decided.choice} rule {fired.rule} to get ({listed})"
-            )
+        if self._level < 3:
+            return
+        if decided.choice is Choice.DECIDE:
+            self._append(f"    Firing {fired.action} rule {fired.rule}")
+            return
+        what = _PLURALS.get(decided.choice, decided.choice.value)
+        listed = " ".join(fired.effect)
+        self._append(f"    Firing {fired.action} {what} rule {fired.rule} to get ({listed})")
 
     def line_of(self, node: Node) -> str:
         """Return the newest line of a node, "" if it has none."""

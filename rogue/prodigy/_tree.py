@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from rogue.prodigy._budget import Budget
 from rogue.prodigy._domain import Operator
 from rogue.prodigy._events import NodeKind
 from rogue.prodigy._grounding import World
@@ -13,6 +14,7 @@ from rogue.prodigy._instance import Instance
 from rogue.prodigy._instances import DONE, all_instances, finish_operator
 from rogue.prodigy._nodes import Node
 from rogue.prodigy._problem import Problem, conjunction
+from rogue.prodigy._protect import Protection
 from rogue.prodigy._situation import Situation
 from rogue.prodigy._state import State
 from rogue.prodigy._succession import Succession
@@ -32,11 +34,13 @@ class Tree:
         barrier: The newest node that cannot be undone: a root or an executed node.
         extra: Goals that came after the start.
         removed: Goals that were dropped.
+        budget: How many values may be tried in one step.
         inference: The inference rules of the domain.
         next_situation: What is so after each kind of node.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, budget: Budget) -> None:
+        self.budget = budget
         self.domain = problem.domain
         self.objects = problem.objects
         self.nodes: dict[int, Node] = {}
@@ -54,7 +58,7 @@ class Tree:
 
     def plant(self, state: State) -> Node:
         """Make a root with its goal (done) and operator *finish*; return the root."""
-        facts = self.inference.start(state, self.objects)
+        facts = self.inference.start(self.world(state))
         root = self._make(NodeKind.APPLIED, None, 0, Situation.at(facts))
         goal = self._make(NodeKind.GOAL, root, 0, root.situation, goal=DONE)
         goal.operators = []
@@ -156,6 +160,20 @@ class Tree:
         node.situation = self.next_situation.after(node, parent.situation)
         return node
 
+    def add_protection(self, parent: Node, protection: Protection) -> Node:
+        """Make a protection node under a binding or applied node."""
+        node = self._make(
+            NodeKind.PROTECTION,
+            parent,
+            protection.binding.level,
+            parent.situation,
+            goal=protection.binding.goal,
+            operator=protection.binding.operator,
+        )
+        node.protection = protection
+        node.situation = self.next_situation.after(node, parent.situation)
+        return node
+
     def add_applied(self, parent: Node, binding: Node) -> Node:
         """Make an applied node under a binding or applied node."""
         node = self._make(
@@ -185,7 +203,7 @@ class Tree:
 
     def world(self, state: State) -> World:
         """Return a state with what is needed to ask about it."""
-        return World(self.domain, self.objects, state)
+        return World(self.domain, self.objects, state, self.budget)
 
     def newest(self) -> Node | None:
         """Return the newest open node, None if none is open."""
@@ -254,7 +272,7 @@ class Tree:
             node.closed = True
         self.open = {}
         for node in path:
-            is_choice = node.kind in {NodeKind.BINDING, NodeKind.APPLIED}
+            is_choice = node.is_choice()
             if is_choice:
                 node.tried.clear()
                 node.only_apply = False

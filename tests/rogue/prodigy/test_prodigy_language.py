@@ -199,7 +199,7 @@ def test_control_rules_of_a_text_decide() -> None:
     result = solve(parse_problem(text, domain), SearchOptions(level=3))
     assert result.status is Status.SOLVED
     assert set(asked) == {"apollo"}
-    fired = "    Firing select goal rule parcel-first to get ((at parcel there))"
+    fired = "    Firing select goals rule parcel-first to get ((at parcel there))"
     assert result.trace.index(fired) < result.trace.index("  5   n5 (at parcel there)")
 
 
