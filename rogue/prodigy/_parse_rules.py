@@ -10,7 +10,7 @@ from rogue.prodigy._forms import as_form, as_word, fail, head, is_variable, part
 from rogue.prodigy._meta_predicates import Kind
 from rogue.prodigy._parse_conditions import ConditionReader
 from rogue.prodigy._patterns import OneOf, Pattern
-from rogue.prodigy._reader import Form, Node
+from rogue.prodigy._reader import Form, Node, Word
 from rogue.prodigy._rules import Action, DecideRule, PreferRule, Rule, RuleSet
 from rogue.prodigy._written_rules import written_decision, written_preference, written_rule
 
@@ -34,7 +34,13 @@ def parse_rules(forms: list[Form], reader: ConditionReader) -> RuleSet:
     Raises:
         PdlError: For a rule that is not well formed, or names what does not exist.
     """
-    return RuleSet(tuple(_rule(form, reader) for form in forms))
+    rules: dict[str, AnyRule] = {}
+    for form in forms:
+        rule = _rule(form, reader)
+        if rule.name in rules:
+            fail(form.items[1], "a name that no control rule has yet")
+        rules[rule.name] = rule
+    return RuleSet(tuple(rules.values()))
 
 
 def _rule(form: Form, reader: ConditionReader) -> AnyRule:
@@ -45,10 +51,21 @@ def _rule(form: Form, reader: ConditionReader) -> AnyRule:
     if head(test) != "if" or head(then) != "then":
         fail(test if head(test) != "if" else then, expected)
     (condition,) = parts(test, 1, 1, "one expression after if")
-    return _consequence(name, then, reader.condition(condition), reader)
+    known = frozenset(_variables(condition))
+    return _consequence(name, then, reader.condition(condition), known, reader)
 
 
-def _consequence(name: str, form: Form, when: Condition, reader: ConditionReader) -> AnyRule:
+def _variables(node: Node) -> Iterator[str]:
+    if isinstance(node, Form):
+        for item in node.items:
+            yield from _variables(item)
+    elif is_variable(node):
+        yield node.text
+
+
+def _consequence(
+    name: str, form: Form, when: Condition, known: frozenset[str], reader: ConditionReader
+) -> AnyRule:
     words = parts(form, 1, None, "an action such as select goal (p <x>)")
     action = as_word(words[0], "an action")
     if action.text not in ACTIONS:
@@ -63,6 +80,9 @@ def _consequence(name: str, form: Form, when: Condition, reader: ConditionReader
     choice, kind = CHOICES[what.text]
     wanted = [reader.argument(node, kind) for node in _candidates(words[2:], kind)]
     if action.text != "prefer":
+        for node in words[2:]:
+            if isinstance(node, Word) and is_variable(node) and node.text not in known:
+                fail(node, f"a variable of the if, or it would {action.text} everything", known)
         return written_rule(name, choice, Action(action.text), when, _either(wanted))
     if len(wanted) != 2:
         fail(form, f"two candidates, the better one first, not {len(wanted)}")

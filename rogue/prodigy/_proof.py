@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from rogue.prodigy._budget import Budget
 from rogue.prodigy._domain import InferenceMode, Operator
 from rogue.prodigy._effects import changes
+from rogue.prodigy._enumerable import is_enumerable, varies
 from rogue.prodigy._errors import TooManyValuesError
-from rogue.prodigy._functions import GEN_FROM_PRED
 from rogue.prodigy._grounding import World
 from rogue.prodigy._inference import Inference, Inferred
 from rogue.prodigy._instance import Instance
@@ -75,6 +75,9 @@ def prove_unsolvable(
     Raises:
         OutOfTimeError: If the time of the budget of ``world`` is up.
     """
+    domain = world.domain
+    if not all(is_enumerable(o, domain) for o in (*domain.operators, *domain.inference_rules)):
+        return Proof(False, "whether there is a plan is not known")
     try:
         goal_sets = list(alternatives)
     except TooManyValuesError:
@@ -150,9 +153,10 @@ def _exhaustive(
     inference: Inference,
     inferred: Inferred,
 ) -> Proof:
+    operators = world.domain.operators
     try:
-        fixed = list(_ground([o for o in world.domain.operators if not _varies(o)], world))
-        varying = [o for o in world.domain.operators if _varies(o)]
+        fixed = list(_ground([o for o in operators if not varies(o, world.domain)], world))
+        varying = [o for o in operators if varies(o, world.domain)]
         start = inference.axioms(inferred, world)
         seen = {(start.base, start.eager)}
         agenda, checks = deque([start]), 0
@@ -175,10 +179,6 @@ def _exhaustive(
     except (_OutOfBudgetError, TooManyValuesError):
         return Proof(False, "whether there is a plan is not known")
     return Proof(True, f"proved unsolvable: none of the {len(seen)} states in reach has the goals")
-
-
-def _varies(operator: Operator) -> bool:
-    return any(call.function == GEN_FROM_PRED for v in operator.variables for call in v.calls)
 
 
 def _successors(world: World, base: State, instances: Iterable[Instance]) -> Iterator[State]:

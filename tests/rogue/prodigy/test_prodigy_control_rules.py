@@ -156,7 +156,7 @@ RED, BLUE, OPEN, SHUT = map(str, GOALS)
          "reject goal (at <b> <p>)", [RED, BLUE]),
         ("(p4::type-of-object-gen <p> place)", "reject goal (open <p>)", [OPEN]),
         ("(is-top-level-goal <g>)", "select goal <g>", [RED, SHUT]),
-        ("(only-one-candidate-goal)", "select goal <g>", []),
+        ("(only-one-candidate-goal)", "select goal (open <p>)", []),
         ("(and (candidate-goal (at <b> <p>)) (diff <b> red))", "select goal (at <b> <p>)", [BLUE]),
         ("(diff <b> red)", "select goal (at <b> <p>)", []),
         ("(and (current-goal (at <b> <p>)) (same <c> <b>))", "select goal (at <c> <p>)", [RED]),
@@ -317,7 +317,7 @@ def test_users_meta_predicates_are_given_what_is_bound() -> None:
 )
 def test_a_meta_predicate_that_fails_is_named(answer: MetaPredicate, message: str) -> None:
     with pytest.raises(FunctionError, match=message):
-        spoken_of("(weighs <b>)", "select goal <g>", GOALS, weighs=answer)
+        spoken_of("(weighs <b>)", "select goal (at <b> <p>)", GOALS, weighs=answer)
 
 
 def test_what_a_meta_predicate_binds_agrees_with_what_is_bound() -> None:
@@ -340,6 +340,11 @@ def test_what_a_meta_predicate_binds_agrees_with_what_is_bound() -> None:
         ("(if (type-of-object <b> bx)) (then apply)", "did you mean box?"),
         ("(if (and)) (then prefer operator push)", "two candidates, the better one first, not 1"),
         ("(if (and)) (then apply now)", "nothing after apply"),
+        ("(if (current-goal <g>)) (then reject operator <o>)", "or it would reject everything"),
+        (
+            "(if (and)) (then apply)) (CONTROL-RULE it (if (and)) (then apply)",
+            "no control rule has",
+        ),
         ("(if (and)) (then select node first)", "number of a node"),
         ("(if ((known (open <p>)))) (then apply)", "expected a meta-predicate"),
         ("(if (current-goal <g>) (current-goal <h>)) (then apply)", "one expression after if"),

@@ -186,6 +186,13 @@ def test_numbers_are_generated(call: str, goal: int, steps: int) -> None:
     assert len(result.plan) == steps
 
 
+def test_what_only_goals_can_bind_is_not_called_unsolvable() -> None:
+    domain = parse_domain(COUNTING.format(call="(increment <n> <m>)"))
+    text = "(create-problem (state (litres 3)) (goal (litres 60)))"
+    result = solve(parse_problem(text, domain), SearchOptions(max_nodes=50))
+    assert result.status is Status.LIMIT
+
+
 ROOMS = """
 (ptype-of room :top-type)
 (OPERATOR close (params <r>)
