@@ -11,8 +11,14 @@ import heapq
 import itertools
 import time
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager, nullcontext
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import (
+    AbstractAsyncContextManager,
+    AbstractContextManager,
+    asynccontextmanager,
+    contextmanager,
+    nullcontext,
+)
 from dataclasses import dataclass, field
 
 from tca_bus._errors import TimedOutError
@@ -54,8 +60,12 @@ class Clock(ABC):
         """
 
     @abstractmethod
-    def hold(self) -> AbstractAsyncContextManager[None]:
-        """Do the block while, in lockstep, time stands still: `at` the time that it is now."""
+    def hold(self) -> AbstractContextManager[None]:
+        """Do the block while, in lockstep, time stands still: `at` the time that it is now.
+
+        Raises:
+            TimedOutError: Simulated time is not known yet.
+        """
 
     @abstractmethod
     def timeout(self, seconds: float) -> AbstractAsyncContextManager[None]:
@@ -95,7 +105,7 @@ class WallClock(Clock):
         """Wait until ``when``, and do the block."""
         return _after(self.sleep_until(when))
 
-    def hold(self) -> AbstractAsyncContextManager[None]:
+    def hold(self) -> AbstractContextManager[None]:
         """Do the block; the wall's time stands still for nobody."""
         return nullcontext()
 
@@ -184,9 +194,16 @@ class SimulatedClock(Clock):
         """Wait until ``when``, whoever makes the time move, and do the block at that time."""
         return self._at(when)
 
-    def hold(self) -> AbstractAsyncContextManager[None]:
+    @contextmanager
+    def hold(self) -> Iterator[None]:
         """Do the block while simulated time stands still, in lockstep."""
-        return self._at(self.now())
+        hold = _Alarm(self.now(), next(self._numbers), _nothing, is_active=False, holds=True)
+        self._ring(hold)
+        self._announce_soon()
+        try:
+            yield
+        finally:
+            self._end_alarm(hold)
 
     def timeout(self, seconds: float) -> AbstractAsyncContextManager[None]:
         """Raise TimeoutError from the block after ``seconds`` of simulated time."""
@@ -279,6 +296,10 @@ class SimulatedClock(Clock):
         if self._announce is not None and awaited != self._announced:
             self._announced = awaited
             self._announce(awaited)
+
+
+def _nothing() -> None:
+    """Nobody is to be woken."""
 
 
 def _settle(future: asyncio.Future[None]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -72,6 +73,7 @@ class Executor:
         self._patience = patience
         self._arrival = arrival
         self._current: _Current | None = None
+        self._still = contextlib.ExitStack()
         self.world = world
 
     async def execute(
@@ -105,6 +107,8 @@ class Executor:
         """Break off a drive that is of no use any more."""
         current = self._current
         if current is not None and not self._is_of_use(current.step, current.carried):
+            # In lockstep the world goes on when the robot stands.
+            self._still.enter_context(self._module.clock.hold())
             current.task.cancel()
 
     def is_handing_over(self, thing: Thing) -> bool:
@@ -149,11 +153,11 @@ class Executor:
             own = asyncio.current_task()
             if own is not None and own.cancelling():
                 raise
-            async with self._module.clock.hold():
-                await self._runner.abandon(step, self._procedure(step), NOBODY_WANTS_IT)
+            await self._runner.abandon(step, self._procedure(step), NOBODY_WANTS_IT)
             return _unwanted()
         finally:
             self._current = None
+            self._still.close()
 
     def _is_of_use(self, step: Step, carried: frozenset[Thing]) -> bool:
         """Whether somebody waits for a step; who has begun to hand something over goes on."""

@@ -100,7 +100,7 @@ class Desk:
         del context
         request = await self._find(message.id)
         if not request.state.is_final:
-            async with self._module.clock.hold():
+            with self._module.clock.hold():
                 await self._book.give_up(
                     request.id, RequestState.CANCELED, message.reason, message.item
                 )

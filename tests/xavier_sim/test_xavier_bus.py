@@ -199,7 +199,7 @@ async def test_who_dies_while_time_stands_still_for_it_holds_up_nobody():
 
 
 async def hold_for_ever(clock):
-    async with clock.hold():
+    with clock.hold():
         await asyncio.Event().wait()
 
 
