@@ -65,13 +65,15 @@ class AgentOptions:
     items, None for the one of the package; ``finger`` is a server that is asked for what no
     directory says, None for no such server. The rest is for the working rules: ``metric`` gives
     priorities, ``places`` is how many items the tray holds, None for any number, and ``arrival``
-    is how arrivals are verified; the published rules always ask a person.
+    is how arrivals are verified; the published rules always ask a person. ``level`` is that of
+    the planner's trace: 2 nodes, 3 also the rules that decided.
     """
 
     folder: Path
     rules: Rules = Rules.WORKING
     directory: Path | None = None
     finger: FingerServer | None = None
+    level: int = 2
     metric: Metric = field(default_factory=RankSum)
     places: int | None = PLACES
     patience: Patience = field(default_factory=Patience)
@@ -205,6 +207,7 @@ class Agent:
             conversation=self._conversation,
             decisions=DecisionRecorder(self._store, self._module.clock),
             told=self._told,
+            level=self._options.level,
         )
         self._planning = True
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from datetime import datetime, timedelta
 
-from rogue.errors import DeadlineError
+from rogue.errors import DeadlineError, MomentError
 from rogue.times import show_time
 
 LONGEST_SECONDS = 366 * 86400.0
@@ -33,6 +33,24 @@ def read_deadline(text: str, now: float) -> float:
     if deadline > now + LONGEST_SECONDS:
         raise DeadlineError(text, "is more than a year away")
     return deadline
+
+
+def read_moment(text: str, now: float) -> float:
+    """Read a time that has passed, in seconds since the epoch.
+
+    A span is so long ago, ``HH:MM`` the last time that it was so late.
+
+    Raises:
+        MomentError: ``text`` cannot be read.
+    """
+    span = read_span(text)
+    if span is not None:
+        return now - span
+    moment = _read(text.strip(), now)
+    if moment is None:
+        raise MomentError(text)
+    is_to_come = moment > now and _CLOCK.fullmatch(text.strip()) is not None
+    return moment - 86400.0 if is_to_come else moment
 
 
 def read_span(text: str) -> float | None:

@@ -56,7 +56,8 @@ Locations = Mapping[str, tuple[float, float]]
 class Episode:
     """A search over the requests that are open, and those that come while it runs.
 
-    ``told`` are the ids of the requests whose arrival the conversation has told already.
+    ``told`` are the ids of the requests whose arrival the conversation has told already,
+    ``level`` is that of the planner's trace.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class Episode:
         conversation: Conversation,
         decisions: DecisionRecorder,
         told: set[str],
+        level: int = 2,
     ) -> None:
         self._rules = rules
         self._locations = locations
@@ -84,6 +86,7 @@ class Episode:
         self._conversation = conversation
         self._decisions = decisions
         self._told = told
+        self._level = level
         self._agenda = agenda
         self._switches = switches(rules, agenda)
         self._admitted: dict[str, DeliveryRequest] = {}
@@ -115,6 +118,7 @@ class Episode:
             directory=self._directory,
             rooms=self._locations,
             switches=self._switches,
+            level=self._level,
         )
         self._search = search
         result = await self._drive(search)

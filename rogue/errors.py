@@ -119,6 +119,19 @@ class DeadlineError(RequestError):
         )
 
 
+class MomentError(RequestError):
+    """A time that has passed, and cannot be read."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        expected = "ISO 8601 (2026-03-01T14:30), HH:MM, or so long ago as 30m, 1h or 1h30m"
+        super().__init__(
+            Refusal.BAD_TIME,
+            f"since {text!r} cannot be read; expected {expected}",
+            Objection(field="since", value=text, expected=expected),
+        )
+
+
 class IdTakenError(RequestError):
     """The id belongs to another request."""
 

@@ -158,6 +158,8 @@ class Refusal(enum.StrEnum):
     """The same errand is open already, under another id."""
     TOO_LATE = "too_late"
     """With all that was accepted before, it cannot be done by its deadline."""
+    BAD_TIME = "bad_time"
+    """A time that has passed cannot be read."""
     UNKNOWN_REQUEST = "unknown_request"
     """No request has this id."""
     NOT_READY = "not_ready"
@@ -262,11 +264,16 @@ class TraceLine(Broadcast):
 
 
 class ReadTrace(Query[list[TraceLine]]):
-    """Ask for the trace lines after line ``after``, at most ``most`` of them."""
+    """Ask for the trace lines after line ``after``, at most ``most`` of them.
+
+    With ``since`` only for those that were said since: a time as people write it, ISO 8601 or
+    ``HH:MM``, or so long ago: ``30m``, ``1h``.
+    """
 
     wire_name = "rogueTrace"
 
     after: int = Field(default=0, ge=0)
+    since: str | None = Field(default=None, max_length=64)
     most: int = Field(default=1000, ge=1, le=10_000)
 
 

@@ -27,7 +27,8 @@ class OfficeOptions:
     that simulated people do not answer, ``epoch`` the simulated time at the start in ISO 8601,
     both None for the simulator's own; ``data`` is the folder in which everything kept lies;
     ``policy`` is the file that says who may do what, for a router with keys; ``directory`` is a
-    people directory, None for the built-in one, ``finger`` the address of a finger server.
+    people directory, None for the built-in one, ``finger`` the address of a finger server,
+    ``level`` that of the planner's trace.
     """
 
     data: Path
@@ -42,6 +43,7 @@ class OfficeOptions:
     policy: Path | None = None
     directory: Path | None = None
     finger: str | None = None
+    level: int = 2
 
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
@@ -55,7 +57,7 @@ def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
     if options.silence is not None:
         speech += ["--silence", str(options.silence)]
     guard = ["--policy", str(options.policy.absolute())] if options.policy is not None else []
-    agent = ["--rules", options.rules.value, *data]
+    agent = ["--rules", options.rules.value, "--level", str(options.level), *data]
     if options.directory is not None:
         agent += ["--directory", str(options.directory.absolute())]
     if options.finger is not None:

@@ -107,8 +107,9 @@ def new_search(
     directory: Directory,
     rooms: Iterable[str],
     switches: Switches,
+    level: int = 2,
 ) -> Search:
-    """A search for the requests from what is known of the world."""
+    """A search for the requests from what is known of the world; ``level`` is that of its trace."""
     problem = switches.problem(
         [errand(request) for request in requests],
         rooms=rooms,
@@ -118,7 +119,7 @@ def new_search(
         carried=facts.tray,
     )
     most = 10 * NODES_OF_A_SEARCH + NODES_OF_A_REQUEST * len(requests)
-    options = replace(switches.options, max_nodes=most)
+    options = replace(switches.options, max_nodes=most, level=level)
     return Search(problem, options, switches.rules)
 
 

@@ -22,6 +22,7 @@ async def agent(
     *,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
+    level: Annotated[int, Parameter(validator=Number(gte=2, lte=3))] = 2,
     directory: Path | None = None,
     finger: str | None = None,
     sure: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = SURE,
@@ -39,6 +40,8 @@ async def agent(
         Folder in which requests are kept, as rogue.db.
     rules
         Control rules: none, 1996, 1998 as in the papers' examples, or the working ones.
+    level
+        What the planner tells in the conversation: 2 its nodes, 3 also the rules that decided.
     directory
         YAML file with people, items and services instead of the built-in one.
     finger
@@ -62,6 +65,7 @@ async def agent(
     options = AgentOptions(
         folder=folder,
         rules=Rules(rules),
+        level=level,
         directory=directory,
         finger=finger_server(finger) if finger else None,
         metric=_metric(priority) if priority else RankSum(),

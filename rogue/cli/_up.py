@@ -28,6 +28,7 @@ async def up(
     silence: Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))] = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     rules: RuleName = "working",
+    level: Annotated[int, Parameter(validator=Number(gte=2, lte=3))] = 2,
     directory: Path | None = None,
     finger: str | None = None,
     secure: Annotated[bool, Parameter(negative="")] = False,
@@ -52,6 +53,8 @@ async def up(
         Folder in which everything kept lies; the user's state folder if not given.
     rules
         Control rules of the planner.
+    level
+        What the planner tells in the conversation: 2 its nodes, 3 also the rules that decided.
     directory
         YAML file with people, items and services instead of the built-in one.
     finger
@@ -76,6 +79,7 @@ async def up(
         people=people,
         silence=silence,
         rules=Rules(rules),
+        level=level,
         log_level=flags.level,
         policy=policy,
         directory=directory,

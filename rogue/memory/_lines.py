@@ -24,9 +24,13 @@ class KeptLines:
                 return None
             return TraceLine(seq=int(cursor.lastrowid or 0), time=time, text=text)
 
-    async def lines(self, after: int, most: int) -> list[TraceLine]:
-        """Lines of the conversation after number ``after``."""
+    async def lines(self, after: int, most: int, *, since: float | None = None) -> list[TraceLine]:
+        """Lines of the conversation after number ``after``, said at ``since`` or later."""
         rows = await self._base.rows(
-            "SELECT seq, time, text FROM trace WHERE seq > ? ORDER BY seq LIMIT ?", after, most
+            "SELECT seq, time, text FROM trace WHERE seq > ? AND time >= coalesce(?, time) "
+            "ORDER BY seq LIMIT ?",
+            after,
+            since,
+            most,
         )
         return [TraceLine(seq=seq, time=time, text=text) for seq, time, text in rows]

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from weakref import WeakValueDictionary
 
+from rogue.deadlines import read_moment
 from rogue.errors import IdTakenError, RequestError, UnknownRequestError
 from rogue.memory import Store
 from rogue.messages import (
@@ -129,7 +130,11 @@ class Desk:
 
     async def _trace(self, message: ReadTrace, context: Context) -> list[TraceLine]:
         del context
-        return await self._store.lines(message.after, message.most)
+        try:
+            since = read_moment(message.since, self._module.clock.now()) if message.since else None
+        except RequestError as error:
+            raise error.as_task_error() from error
+        return await self._store.lines(message.after, message.most, since=since)
 
     async def _why(self, message: Why, context: Context) -> WhyReport:
         del context

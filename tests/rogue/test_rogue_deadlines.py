@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rogue.deadlines import read_deadline
-from rogue.errors import DeadlineError
+from rogue.deadlines import read_deadline, read_moment
+from rogue.errors import DeadlineError, MomentError
 from rogue.times import show_deadline, show_time
 
 NOW = datetime(2026, 3, 4, 14, 30).astimezone().timestamp()
@@ -72,6 +72,18 @@ def test_relative_and_absolute_forms_agree(minutes: int):
     absolute = (datetime.fromtimestamp(NOW).astimezone() + timedelta(minutes=minutes)).isoformat()
     assert read_deadline(f"{minutes}min", NOW) == pytest.approx(NOW + minutes * 60)
     assert read_deadline(absolute, NOW) == pytest.approx(NOW + minutes * 60)
+
+
+@pytest.mark.parametrize(
+    ("text", "ago"), [("30m", 1800), ("1h30m", 5400), ("14:00", 1800), ("15:00", 84_600)]
+)
+def test_a_moment_lies_behind(text: str, ago: float):
+    assert read_moment(text, NOW) == NOW - ago
+
+
+def test_a_moment_that_cannot_be_read_is_refused():
+    with pytest.raises(MomentError, match="since 'noon' cannot be read; expected ISO 8601"):
+        read_moment("noon", NOW)
 
 
 def test_times_read_like_those_of_figure_6():

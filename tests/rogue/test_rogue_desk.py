@@ -159,3 +159,16 @@ async def test_show_and_trace_are_there_from_the_start(module: FakeModule):
     details = await module.ask(ShowRequest(id="a"))
     assert (details.why, details.on_tray, details.steps) == ("for the review", False, [])
     assert await module.ask(ReadTrace()) == []
+
+
+async def test_the_trace_is_read_from_a_time_on(module: FakeModule, tmp_path: Path):
+    async with Store(tmp_path) as store:
+        for seconds in (0.0, 700.0, 900.0):
+            await store.add_line(f"at {seconds:g}", module.clock.now() + seconds)
+    await module.clock.advance(1000.0)
+    lines = await module.ask(ReadTrace(since="10min"))
+    assert [line.text for line in lines] == ["at 700", "at 900"]
+    assert [line.text for line in await module.ask(ReadTrace(since="10min", after=2))] == ["at 900"]
+    with pytest.raises(TaskError, match="since 'soon' cannot be read") as caught:
+        await module.ask(ReadTrace(since="soon"))
+    assert caught.value.name == "bad_time"

@@ -58,7 +58,7 @@ class Scene:
     store: Store
     book: RequestBook
     robot: EventfulRobot
-    episode: Callable[[Rules], Episode]
+    episode: Callable[..., Episode]
     world: KnownWorld
     clock: ManualClock
 
@@ -101,7 +101,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
         told: set[str] = set()
         distances = Distances(module)
 
-        def episode(rules: Rules) -> Episode:
+        def episode(rules: Rules, level: int = 2) -> Episode:
             return Episode(
                 rules=rules,
                 locations={room: (x / 100, y / 100) for room, (x, y) in PLACES.items()},
@@ -114,6 +114,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 conversation=conversation,
                 decisions=DecisionRecorder(store, module.clock),
                 told=told,
+                level=level,
             )
 
         yield Scene(store, book, robot, episode, world, module.clock)
@@ -296,3 +297,10 @@ async def test_of_many_requests_all_are_done_though_few_take_part_at_a_time(scen
     ]
     await scene.play(Rules.WORKING, *requests)
     assert set((await scene.states()).values()) == {"completed"}
+
+
+async def test_at_level_3_the_conversation_has_the_rules_that_decided(scene: Scene):
+    await scene.book.add(make_request(), None)
+    await scene.episode(Rules.WORKING, level=3).run()
+    lines = [line.text for line in await scene.store.lines(0, 10_000)]
+    assert any("reject applied-op rule no-premature-goto to get" in line for line in lines)

@@ -13,7 +13,8 @@ import pytest
 
 from rogue.cli._drawing import write_drawing
 from rogue.cli._plan import plan
-from rogue.messages import PlanView, ShowPlan, TraceLine
+from rogue.cli._trace import trace
+from rogue.messages import PlanView, ReadTrace, ShowPlan, TraceLine
 from rogue.prodigy import GoalTree, Standing, TreeNode, TreeStep
 from tca_bus import ConfigError, Module
 from tca_bus.cli import BusFlags
@@ -82,3 +83,19 @@ def test_a_view_of_the_plan_crosses_the_bus_whole():
     one = view(GOAL, DONE, steps=(STEP,))
     assert PlanView.model_validate_json(one.model_dump_json()) == one
     assert PlanView(planning=False, nodes=[], executed=[]).tree == GoalTree()
+
+
+@pytest.mark.bus
+async def test_the_trace_is_printed_with_the_rules_or_without(
+    capsys: pytest.CaptureFixture[str],
+):
+    said = [" 11 n5 (goal)", "    Firing reject goal rule own to get (x)", " 12 n6 <op>"]
+    lines = [TraceLine(seq=at, time=1.0, text=text) for at, text in enumerate(said, 1)]
+    async with bus() as options, ScriptedModule("rogue", options=options) as agent:
+        agent.answers(ReadTrace, lines, [], lines, [])
+        flags = BusFlags(connect=options.connect, realm=options.realm)
+        await trace(flags=flags)
+        assert capsys.readouterr().out.splitlines() == said
+        await trace(level=2, since="1h", flags=flags)
+        assert capsys.readouterr().out.splitlines() == [said[0], said[2]]
+        assert [asked.since for asked in agent.received(ReadTrace)] == [None, None, "1h", "1h"]
