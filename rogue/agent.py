@@ -43,6 +43,7 @@ from rogue.requests import (
     Reception,
     RequestBook,
     load_directory,
+    reread_on_hangup,
 )
 from rogue.times import show_time
 from tca_bus import BusOptions, Context, Module
@@ -277,7 +278,7 @@ def _complain(error: MetricError) -> None:
 
 
 async def run_agent(options: AgentOptions, bus: BusOptions) -> None:
-    """Run the rogue module until cancelled.
+    """Run the rogue module until cancelled; SIGHUP has it read the people directory again.
 
     Raises:
         TcaError: no router, another agent on the realm, no navigator within a bounded time, or
@@ -291,4 +292,5 @@ async def run_agent(options: AgentOptions, bus: BusOptions) -> None:
         agent.open_desk()
         async with module:
             module.start(agent.run(), name="rogue.agent")
-            await module.serve_forever()
+            with reread_on_hangup(directory, options.directory):
+                await module.serve_forever()

@@ -14,6 +14,7 @@ from rogue.requests._plan_file import PlanFile, read_plan
 from rogue.requests._prospects import Prospects
 from rogue.requests._questions import Questions
 from rogue.requests._reception import Reception
+from rogue.requests._reloading import reread_on_hangup
 
 __all__ = [
     "Desk",
@@ -36,4 +37,5 @@ __all__ = [
     "read_entries",
     "read_plan",
     "refuse_duplicate",
+    "reread_on_hangup",
 ]

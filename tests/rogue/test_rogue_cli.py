@@ -48,15 +48,21 @@ class Agent:
         await self.book.took_effect(done)
 
 
-async def start(options: BusOptions, *words: str) -> asyncio.subprocess.Process:
+async def start(
+    options: BusOptions,
+    *words: str,
+    stdin: int | None = None,
+    stderr: int = asyncio.subprocess.PIPE,
+) -> asyncio.subprocess.Process:
     environment = {**os.environ, "TCA_CONNECT": options.connect, "TCA_REALM": options.realm}
     return await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
         "rogue",
         *words,
+        stdin=stdin,
         stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
+        stderr=stderr,
         env=environment,
     )
 
@@ -220,3 +226,21 @@ async def test_what_no_message_can_hold_is_bad_usage(agent: Agent, words):
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
     assert "Traceback" not in err
+
+
+async def test_in_a_terminal_the_user_is_asked_for_what_nobody_knows(agent: Agent):
+    terminal, side = os.openpty()
+    words = ("request", "delivermail", "--user", "visitor", "--json")
+    process = await start(agent.options, *words, stdin=side, stderr=side)
+    os.close(side)
+    try:
+        shown = b""
+        while b"Which room shall I take the visitor's mail delivery to? " not in shown:
+            shown += await asyncio.to_thread(os.read, terminal, 1000)
+        os.write(terminal, b"5307\n")
+        assert process.stdout is not None
+        out = await process.stdout.read()
+        assert await process.wait() == 0
+    finally:
+        os.close(terminal)
+    assert json.loads(out)["deliver"] == "r-5307"

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
 
 from rogue.errors import DirectoryError, UnknownNameError
 from rogue.messages import Refusal
-from rogue.requests import Directory, Person, load_directory, read_entries
+from rogue.requests import Directory, Person, load_directory, read_entries, reread_on_hangup
+from tca_bus.testing import eventually
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +62,19 @@ def test_whom_a_new_file_leaves_out_keeps_a_name_but_is_not_accepted(tmp_path):
         own.person("mitchell")
 
 
+async def test_the_file_is_read_again_on_hangup_and_a_bad_one_changes_nothing(tmp_path, caplog):
+    own, file = Directory(read_entries()), tmp_path / "people.yaml"
+    with reread_on_hangup(own, file):
+        file.write_text("services: [")
+        signal.raise_signal(signal.SIGHUP)
+        await eventually(lambda: "the one read before counts" in caplog.text)
+        assert own.listed("mitchell")
+        file.write_text("services: {}\npeople: {tom: {name: Tom, rank: 0}}\nitems: {}")
+        signal.raise_signal(signal.SIGHUP)
+        await eventually(lambda: own.listed("tom"))
+    assert not own.listed("mitchell")
+
+
 def test_a_person_without_a_room_and_an_item_without_a_place_are_missing(tmp_path):
     file = tmp_path / "people.yaml"
     file.write_text(
@@ -99,3 +114,12 @@ def test_a_directory_with_an_error_says_where(tmp_path: Path, text: str, problem
     file.write_text(text)
     with pytest.raises(DirectoryError, match=problem):
         load_directory(file)
+
+
+def test_the_directory_in_the_documents_is_one(tmp_path: Path):
+    text = (Path(__file__).parents[2] / "docs" / "requests.md").read_text(encoding="utf-8")
+    file = tmp_path / "people.yaml"
+    file.write_text(text.split("```yaml\n")[1].split("```")[0])
+    entries = read_entries(file)
+    assert entries.people["jones"].finger == "aj@cs.example.org"
+    assert entries.items["parcel"].start is None
