@@ -1,0 +1,40 @@
+"""Killed at any moment of any scenario, the agent loses, repeats and asks nothing twice."""
+
+from __future__ import annotations
+
+import pytest
+from rogue_crashes import Play, Run, cancel, post
+
+from rogue.planning import Rules
+
+MAIL = post("a", "mitchell", "delivermail")
+FAX = post("b", "jhm", "deliverfax", after=1, deliver="r-5313")
+
+NOBODY_IN = frozenset(("placing", "r-5303", time) for time in range(9))
+
+PLAYS = {
+    "figure 6": Play((MAIL,), rules=Rules.NONE),
+    "figure 9": Play((MAIL, FAX), rules=Rules.Y1996),
+    "two errands": Play((MAIL, FAX)),
+    "wrong arrivals": Play((MAIL,), misses={("r-5303", time): "r-5305" for time in range(3)}),
+    "nobody in at all": Play((MAIL,), silent=NOBODY_IN),
+    "a blocked door": Play((MAIL, FAX), blocked=frozenset({("r-5303", 0), ("r-5303", 1)})),
+    "impossible to deliver": Play((MAIL,), refused=frozenset({("taking", "r-5313", 0)})),
+    "canceled under way": Play((MAIL, cancel("a", after=2))),
+}
+
+
+@pytest.mark.parametrize("name", PLAYS)
+async def test_a_kill_at_any_moment_changes_nothing(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Run(PLAYS[name])
+    with monkeypatch.context() as patch:
+        expected = await first.to_the_end(patch)
+    assert all(state.is_final for state, _ in expected.requests.values())
+    for number, moment in enumerate(first.moments):
+        with monkeypatch.context() as patch:
+            ending = await Run(PLAYS[name], begins=moment).to_the_end(patch)
+        when = f"killed at moment {number} of {len(first.moments)}"
+        assert (ending.requests, ending.tray) == (expected.requests, expected.tray), when
+        assert ending.acts <= expected.acts, when
