@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
@@ -17,6 +18,8 @@ from rogue.prodigy import (
     ProdigyError,
     Search,
     SearchOptions,
+    Solution,
+    Solutions,
     Status,
     Task,
     goal_tree,
@@ -27,6 +30,8 @@ from rogue.prodigy import solve as search
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note
 
 Bound = Annotated[int, Parameter(validator=Number(gte=1))]
+
+Wanted = Literal["one", "all", "different", "shorter", "cheaper"]
 
 Places = Annotated[list[str] | None, Parameter(negative="")]
 
@@ -40,6 +45,8 @@ def solve(
     *,
     mode: Literal["saba", "savta"] = "saba",
     level: Annotated[int, Parameter(validator=Number(gte=0, lte=3))] = 2,
+    solutions: Wanted | None = None,
+    protection: Annotated[bool, Parameter(negative="")] = False,
     depth: Bound = 200,
     nodes: Bound = 20_000,
     seconds: Annotated[float, Parameter(name="--time", validator=Number(gt=0))] = 60.0,
@@ -59,6 +66,11 @@ def solve(
         problem: File with the objects, the state and the goal.
         mode: saba back-chains before it applies, savta applies as soon as it can.
         level: What is printed: 0 nothing, 1 the plan, 2 nodes, 3 nodes and rules.
+        solutions: Which plans are searched for after the first: none, all, different ones, or only
+            ones that are shorter or cheaper than all before. By default one; cheaper where the
+            problem asks for low cost.
+        protection: Keep conditional effects from undoing what is needed, where nothing else is
+            left.
         depth: Deepest node of the search tree.
         nodes: Most nodes, those of all attempts together.
         seconds: Longest time of the search in seconds.
@@ -70,7 +82,12 @@ def solve(
         flags: Shared flags; --json prints status, plan, nodes, seconds, trace and more.
     """
     options = SearchOptions(
-        mode=Mode(mode), level=level, depth_bound=depth, max_nodes=nodes, time_limit=seconds
+        mode=Mode(mode),
+        level=level,
+        protection=protection,
+        depth_bound=depth,
+        max_nodes=nodes,
+        time_limit=seconds,
     )
     try:
         task = load_task(
@@ -79,6 +96,7 @@ def solve(
             functions=named_functions(functions or ()),
             meta_predicates=named_functions(meta_predicates or ()),
         )
+        options = replace(options, solutions=_wanted(solutions, task), step_cost=task.costs.of)
         report = _searched(task, options, check=check, svg=svg)
     except (ProdigyError, UserCodeError) as error:
         return _refuse(str(error))
@@ -92,12 +110,20 @@ def solve(
     return 0 if report.result.status is Status.SOLVED and report.fault is None else 1
 
 
+def _wanted(asked: Wanted | None, task: Task) -> Solutions:
+    if asked is not None:
+        return Solutions(asked)
+    return Solutions.CHEAPER if task.minimize else Solutions.ONE
+
+
 def _searched(task: Task, options: SearchOptions, *, check: bool, svg: Path | None) -> Report:
+    found: list[Solution] = []
     draw = partial(_draw, svg, task) if svg is not None else None
-    result = search(task.problem, options, on_end=draw)
+    result = search(task.problem, options, on_solution=found.append, on_end=draw)
     is_checked = check and result.status is Status.SOLVED
     fault = validate_plan(task.problem, result.plan) if is_checked else None
-    return Report(task, result, is_checked=is_checked, fault=fault)
+    plans = tuple(solution.plan for solution in found)
+    return Report(task, result, plans, is_checked=is_checked, fault=fault)
 
 
 def _draw(svg: Path, task: Task, ended: Search) -> None:

@@ -62,12 +62,15 @@ def _from_file(place: str, where: str) -> types.ModuleType:
 
 
 def _of_module(module: types.ModuleType) -> NamedFunctions:
-    mine = {n: v for n, v in vars(module).items() if isinstance(v, types.FunctionType)}
-    return {
-        _spelled(name): function
-        for name, function in mine.items()
-        if not name.startswith("_") and function.__module__ == module.__name__
-    }
+    public = {name: value for name, value in vars(module).items() if not name.startswith("_")}
+    return {_spelled(name): value for name, value in public.items() if _is_of(module, value)}
+
+
+def _is_of(module: types.ModuleType, value: object) -> bool:
+    """Say whether ``value`` is a function of the module's own, or one that it marks."""
+    if isinstance(value, types.FunctionType):
+        return value.__module__ == module.__name__
+    return callable(value) and not isinstance(value, type | types.BuiltinFunctionType)
 
 
 def _named(place: str, module: types.ModuleType, name: str) -> NamedFunctions:

@@ -59,7 +59,8 @@ def exhausted(engine: Engine) -> Ending:
     options, tree = engine.options, engine.tree
     cut = engine.cut
     if engine.solutions.count:
-        found = f"{engine.solutions.count} solutions were found"
+        count = engine.solutions.count
+        found = "1 solution was found" if count == 1 else f"{count} solutions were found"
         reason = f"{found}; {cut}" if cut else f"{found}; no alternatives are left"
         return Ending(Status.SOLVED, reason, cut)
     facts = tree.barrier.situation.facts

@@ -74,7 +74,7 @@ class Engine:
         self.tree = Tree(problem, Budget(options.max_bindings, self.is_late))
         self.trace = Trace(options.level, options.max_held)
         self.handlers = Handlers()
-        self.solutions = known or SolutionFilter(options.solutions)
+        self.solutions = known or SolutionFilter(options)
         self.decided: deque[Decided] = deque(maxlen=options.max_held)
         self.done: deque[StepView] = deque(maxlen=options.max_held)
         self.awaiting: Node | None = None
@@ -202,7 +202,7 @@ class Engine:
             limit = Limit(LimitKind.DEPTH, bound)
             outcome = Failure(node, f"hit depth bound ({bound})", limit=limit)
         elif self.solutions.is_too_long(node):
-            outcome = Failure(node, "no shorter than a plan that was found")
+            outcome = Failure(node, "no better than a plan that was found")
         else:
             outcome = self._expander.expand(node)
         yield from self._decisions()

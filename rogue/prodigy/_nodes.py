@@ -43,6 +43,7 @@ class Node:
         only_apply: The other goals here were given up, as SABA does.
         structural: It failed for reasons that no other order of steps changes.
         steps: How many operators were applied down to here.
+        cost: What they cost, once that was asked for.
         is_unsettled: Whether something is left to try here was not looked at yet.
         goals_above: For goal nodes, the goals on every path up to (done), once they were asked for.
         protection: For protection nodes, what they protect and how.
@@ -75,6 +76,7 @@ class Node:
     decided_by: str = ""
     before: Situation | None = None
     steps: int = 0
+    cost: float | None = None
     is_unsettled: bool = False
     goals_above: Map[Literal, Node] | None = None
     protection: Protection | None = None

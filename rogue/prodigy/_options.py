@@ -7,6 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from rogue.prodigy._events import StepView
+
+StepCost = Callable[[StepView], float]
+
 
 class Mode(StrEnum):
     """When to back-chain and when to apply."""
@@ -40,6 +44,8 @@ class Solutions(StrEnum):
     """Every plan once."""
     SHORTER = "shorter"
     """Only plans of fewer steps than all before."""
+    CHEAPER = "cheaper"
+    """Only plans that cost less than all before, by ``SearchOptions.step_cost``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +58,7 @@ class SearchOptions:
         poll: Where requests that arrived during an execution enter.
         level: What is traced: 0 nothing, 1 the plan, 2 nodes, 3 nodes and rules.
         solutions: Which solutions are searched for; one only where plans are executed.
+        step_cost: What a step costs, never less than 0; 1 for each where it is None.
         min_conspiracy_number: Try the bindings with the fewest false preconditions first.
         use_abs_level: Try goals of a higher abstraction level first; the levels come from the
             domain by themselves.
@@ -74,6 +81,7 @@ class SearchOptions:
     poll: PollPoint = PollPoint.END_OF_CYCLE
     level: int = 2
     solutions: Solutions = Solutions.ONE
+    step_cost: StepCost | None = None
     min_conspiracy_number: bool = True
     use_abs_level: bool = True
     excise_loops: bool = True

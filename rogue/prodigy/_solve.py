@@ -36,6 +36,7 @@ def solve(
     options: SearchOptions | None = None,
     rules: RuleSet | None = None,
     *,
+    on_solution: Callable[[Solution], None] | None = None,
     on_end: Callable[[Search], None] | None = None,
 ) -> SearchResult:
     """Search to the end and return the outcome; nothing is executed.
@@ -43,7 +44,7 @@ def solve(
     Depth-first search may lose itself below one bad choice, so the depth bound starts low and
     grows up to that of the options. Nodes and seconds are those of all attempts together, the
     trace is that of the last; ``on_end`` is called with the last, to look at its tree. Where all
-    solutions are asked for, one search does it all.
+    solutions are asked for, one search does it all; ``on_solution`` is called with each of several.
 
     Raises:
         SequenceError: If ``options`` ask for execution, which needs a caller that executes.
@@ -52,8 +53,9 @@ def solve(
     """
     options = _without_execution(options)
     attempts = _Attempts(problem, options, rules or RuleSet())
-    for _ in attempts.found():
-        pass
+    for event in attempts.found():
+        if on_solution is not None:
+            on_solution(Solution(event.number, event.plan))
     if on_end is not None and attempts.last is not None:
         on_end(attempts.last)
     return attempts.result()
@@ -64,7 +66,7 @@ def solutions(
     options: SearchOptions | None = None,
     rules: RuleSet | None = None,
 ) -> Generator[Solution, None, SearchResult]:
-    """Yield solutions as they are found: all, only different or only shorter ones.
+    """Yield solutions as they are found: all, only different or only better ones.
 
     ``options.solutions`` says which, all of them if it says one. The generator returns the
     result, which says whether a limit ended it. Errors are those of ``solve``.
@@ -97,7 +99,7 @@ class _Attempts:
         self._proof: Proof | None = None
         self._last: SearchResult | None = None
         self.last: Search | None = None
-        self._solutions = SolutionFilter(options.solutions)
+        self._solutions = SolutionFilter(options)
 
     def found(self) -> Iterator[Found]:
         """Search, and yield each of several solutions when it is found."""

@@ -150,12 +150,74 @@ PDDL = """(define (domain boxes) (:predicates (p)) (:action a :parameters () :ef
 PDDL_PROBLEM = "(define (problem x) (:domain boxes) (:init) (:goal (p)))"
 
 
+GENERATED = """
+(ptype-of box :top-type)
+(infinite-type weight #'numberp)
+(OPERATOR weigh
+  (params <b> <w>)
+  (preconds ((<b> box) (<w> (and weight (weights <b> <w>)))) (unweighed <b>))
+  (effects () ((del (unweighed <b>)) (add (weighs <b> <w>)))))
+"""
+
+
+def test_generators_come_from_a_users_file(run, files) -> None:
+    code = """
+from rogue.prodigy import generator
+
+@generator
+def weights(box, weight):
+    return [3, 5] if weight is None else [weight]
+"""
+    problem = "(create-problem (objects (a box)) (state (unweighed a)) (goal (weighs a 5)))"
+    paths = files(d_pdl=GENERATED, p_pdl=problem, f_py=code)
+    ended, out, err = run(*paths[:2], "--functions", paths[2], "--check")
+    assert (ended, err) == (0, "")
+    assert "\t<WEIGH A 5>" in out
+
+
 def test_pddl_is_recognised_by_its_text(run, files) -> None:
     comment = ";(ptype-of this is not)\n\n"
     domain, problem = files(d_txt=comment + PDDL, p_txt=PDDL_PROBLEM.upper())
     code, out, err = run(domain, problem, "--json")
     assert (code, err) == (0, "")
     assert json.loads(out)["plan"] == ["a"]
+
+
+COSTS = """(define (domain ways) (:requirements :action-costs) (:predicates (here) (there))
+  (:functions (total-cost) - number)
+  (:action fly :parameters () :precondition (here)
+    :effect (and (there) (increase (total-cost) 9)))
+  (:action walk :parameters () :precondition (here)
+    :effect (and (there) (increase (total-cost) 2.5))))"""
+AWAY = "(define (problem x) (:domain ways) (:init (here)) (:goal (there)) {})"
+
+
+def test_a_problem_with_a_metric_is_solved_ever_more_cheaply(run, files) -> None:
+    metric = AWAY.format("(:metric minimize (total-cost))")
+    paths = files(d_x=COSTS, p_x=metric, q_x=AWAY.format(""))
+    _, out, _ = run(*paths[:2], "--level", 1)
+    assert "solution 1: 1 step at a cost of 9" in out
+    assert "solution 2: 1 step at a cost of 2.5" in out
+    assert "solved: 1 step at a cost of 2.5; " in out
+    document = json.loads(run(*paths[:2], "--json")[1])
+    assert document["solutions"] == [{"plan": ["fly"], "cost": 9}, {"plan": ["walk"], "cost": 2.5}]
+    assert (document["plan"], document["cost"]) == (["walk"], 2.5)
+    document = json.loads(run(paths[0], paths[2], "--json")[1])
+    assert document["solutions"] == [{"plan": ["fly"], "cost": 9}]
+
+
+def test_all_solutions_are_listed(run) -> None:
+    code, out, _ = run(*pair("rockets-two"), "--solutions", "different", "--json")
+    plans = [tuple(solution["plan"]) for solution in json.loads(out)["solutions"]]
+    assert code == 0
+    assert len(set(plans)) == len(plans) == 4
+
+
+def test_protection_keeps_a_goal_that_a_conditional_effect_would_undo(run) -> None:
+    code, out, _ = run(*pair("briefcase-home"), "--protection", "--check", "--level", 1)
+    assert code == 0
+    assert "solved: " in out
+    assert out.endswith("checked: the plan is valid\n")
 
 
 @pytest.mark.parametrize(

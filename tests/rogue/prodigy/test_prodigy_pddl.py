@@ -7,7 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from prodigy_random_cases import Case, as_problem, cases
 
-from rogue.prodigy import Mode, PdlError, SearchOptions, Status, Task, solve, validate_plan
+from rogue.prodigy import (
+    Mode,
+    PdlError,
+    SearchOptions,
+    Solutions,
+    Status,
+    Task,
+    solutions,
+    solve,
+    validate_plan,
+)
 from rogue.prodigy.pddl import read_domain, read_problem
 
 DOMAIN = """
@@ -86,6 +96,22 @@ def test_derived_predicates_quantifiers_and_conditional_effects_mean_what_pddl_s
     assert result.status is Status.SOLVED
     assert validate_plan(read.problem, result.plan) is None
     assert [s.operator for s in result.plan].count("go") == 1
+
+
+def test_a_variable_of_either_type_takes_both() -> None:
+    domain = """(define (domain d) (:requirements :typing) (:types cup pot lid - thing)
+        (:constants kettle - pot)
+        (:predicates (full ?v - (either cup pot)) (shut ?t - thing))
+        (:action fill :parameters (?v - (either cup pot)) :effect (full ?v))
+        (:action shut-all :parameters ()
+          :precondition (forall (?v - (either cup pot)) (full ?v))
+          :effect (and (shut kettle) (forall (?t - thing) (shut ?t)))))"""
+    problem = """(define (problem p) (:domain d) (:objects mug - cup top - lid)
+        (:init (not (full mug)) (full kettle)) (:goal (shut top)))"""
+    read = task("", domain=domain, problem=problem).problem
+    assert [str(step) for step in solve(read).plan] == ["<FILL MUG>", "<SHUT-ALL>"]
+    with pytest.raises(PdlError, match=r"top, which is a lid, expected a \(or cup pot\)"):
+        task("", domain=domain, problem=problem.replace("(full kettle)", "(full top)"))
 
 
 ROADS = """
@@ -170,6 +196,51 @@ def test_without_costs_a_plan_costs_its_steps() -> None:
     read = read_problem("(define (problem x) (:domain d) (:init) (:goal (p)))", read_domain(domain))
     assert read.costs.total(solve(read.problem).plan) == 1
     assert not read.minimize
+
+
+WAYS = """
+(define (domain ways)
+  (:requirements :typing :action-costs)
+  (:types place)
+  (:predicates (at ?p - place) (rail ?a ?b - place) (path ?a ?b - place))
+  (:functions (total-cost) - number (fare ?a ?b - place) - number)
+  (:action ride
+    :parameters (?to ?from - place)
+    :precondition (and (rail ?from ?to) (at ?from))
+    :effect (and (not (at ?from)) (at ?to) (increase (total-cost) (fare ?from ?to))))
+  (:action walk
+    :parameters (?to ?from - place)
+    :precondition (and (path ?from ?to) (at ?from))
+    :effect (and (not (at ?from)) (at ?to) (increase (total-cost) 2))))
+"""
+JOURNEY = """
+(define (problem journey)
+  (:domain ways)
+  (:objects home bridge park town - place)
+  (:init (at home) (rail home town) (= (fare home town) 9) (path home bridge) (path bridge park)
+         (path park town) (rail bridge town) (= (fare bridge town) 5))
+  (:goal (at town))
+  (:metric minimize (total-cost)))
+"""
+
+
+@pytest.mark.parametrize("mode", list(Mode))
+def test_ever_cheaper_plans_are_found_though_they_are_longer(mode: Mode) -> None:
+    read = read_problem(JOURNEY, read_domain(WAYS))
+    options = SearchOptions(mode=mode, solutions=Solutions.CHEAPER, step_cost=read.costs.of)
+    plans = [solution.plan for solution in solutions(read.problem, options)]
+    costs = [read.costs.total(plan) for plan in plans]
+    assert read.minimize
+    assert costs[0] == 9
+    assert costs[-1] == 6
+    assert costs == sorted(set(costs), reverse=True)
+    assert [step.operator for step in plans[-1]] == ["walk"] * 3
+
+
+def test_cheaper_without_costs_is_shorter() -> None:
+    options = SearchOptions(solutions=Solutions.CHEAPER)
+    read = read_problem(JOURNEY, read_domain(WAYS)).problem
+    assert [len(solution.plan) for solution in solutions(read, options)] == [1]
 
 
 @settings(max_examples=40, deadline=None)
