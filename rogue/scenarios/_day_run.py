@@ -8,7 +8,7 @@ import logging
 import os
 import random
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from rogue.absence import persist
 from rogue.messages import (
@@ -73,9 +73,10 @@ class DayRun:
             watching = group.create_task(self._watch_items(moved), name="day.items")
             await self._set_scene()
             for at, event in self._events():
-                await self._until(self.record.begun + at, changes)
-                await self._do(event)
-            await self._until(None, changes)
+                async with self._at(self.record.begun + at, changes):
+                    await self._do(event)
+            while await self._open_requests():
+                await _news(changes)
             watching.cancel()
         await self._conclude(truth.metres)
         return self.record
@@ -89,26 +90,37 @@ class DayRun:
         for room in sorted(self._plan.silent):
             await self._module.query(MovePerson(room=room, present=False))
 
-    async def _until(self, when: float | None, changes: Subscription[RequestChanged]) -> None:
-        """Wait for a time; without one, until no request is open."""
+    @contextlib.asynccontextmanager
+    async def _at(self, when: float, changes: Subscription[RequestChanged]) -> AsyncIterator[None]:
+        """Wait for a time, and do the block at exactly that time.
+
+        While a request is open the wait is passive: the robot's work makes time move.
+        """
         clock = self._module.clock
-        while await self._open_requests():
-            if when is not None and clock.now() >= when:
-                return
-            if when is None:
-                await _news(changes)
-                continue
-            watch = asyncio.create_task(clock.watch_until(when), name="day.watch")
-            news = asyncio.create_task(_news(changes), name="day.news")
+        async with contextlib.AsyncExitStack() as still:
+            entering = still.enter_async_context(clock.at(when))
+            coming = asyncio.create_task(entering, name="day.coming")
             try:
-                await asyncio.wait({watch, news}, return_when=asyncio.FIRST_COMPLETED)
+                while not coming.done() and await self._open_requests():
+                    await self._first(coming, changes)
+                if not coming.done():
+                    await clock.sleep_until(when)
+                await coming
             finally:
-                for task in (watch, news):
-                    task.cancel()
-                    with contextlib.suppress(asyncio.CancelledError):
-                        await task
-        if when is not None:
-            await clock.sleep_until(when)
+                coming.cancel()
+            yield
+
+    async def _first(
+        self, coming: asyncio.Task[None], changes: Subscription[RequestChanged]
+    ) -> None:
+        """Wait for a time, or until a request has ended."""
+        news = asyncio.create_task(_news(changes), name="day.news")
+        try:
+            await asyncio.wait({coming, news}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            news.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await news
 
     async def _open_requests(self) -> int:
         found = await persist(lambda: self._module.query(ListRequests(open_only=True)))
