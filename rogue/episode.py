@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Coroutine, Iterable, Mapping, Sequence
 
 from rogue import trace
 from rogue.admission import choose
 from rogue.conversation import Conversation
 from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
-from rogue.errands import Agenda
+from rogue.errands import Agenda, ListWatcher
 from rogue.execution import Executor
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, MonitorView, PlanView, RequestState
+from rogue.outcomes import StepOutcome
 from rogue.planning import (
     NODES_OF_A_REQUEST,
     NODES_OF_A_SEARCH,
@@ -31,6 +33,7 @@ from rogue.planning import (
 from rogue.prodigy import (
     Announced,
     Decided,
+    Event,
     Execute,
     Executed,
     Failed,
@@ -38,6 +41,7 @@ from rogue.prodigy import (
     GoalTree,
     Literal,
     Poll,
+    PollPoint,
     Search,
     SearchResult,
     Status,
@@ -95,6 +99,8 @@ class Episode:
         self._lines: list[str] = []
         self._executed: list[str] = []
         self._search: Search | None = None
+        self._lists = ListWatcher() if rules is Rules.Y1998 else None
+        self._admitting = asyncio.Lock()
 
     def view(self, *, planning: bool, monitors: list[MonitorView]) -> PlanView:
         """The search as it stands, and what is watched for it."""
@@ -131,7 +137,9 @@ class Episode:
             match event:
                 case Announced() | Failed() | Executed():
                     await self._show(search.trace)
+                    await self._tell_lists(search, event)
                 case Execute():
+                    await self._tell_lists(search, event)
                     await self._execute(search, event)
                 case Poll(nodes=nodes):
                     await self._poll(search)
@@ -149,15 +157,48 @@ class Episode:
             if number >= len(shown) or shown[number] != line:
                 await self._conversation.tell(line)
 
+    async def _tell_lists(self, search: Search, event: Event | None = None) -> None:
+        """Say pending goals, applicable and executed operators, as the 1998 example does."""
+        lists = self._lists
+        if lists is None:
+            return
+        moment = lists.observe(search, event) if event else lists.goals_changed(search)
+        if moment is not None:
+            lines = [trace.remark(line) for line in moment.lists.lines()]
+            await self._conversation.tell_all(["", *lines, ""])
+
     async def _execute(self, search: Search, event: Execute) -> None:
         step = event.step
         arguments = [str(value) for value in step.args]
         await self._suspend_others()
         log.info("executing %s", step)
-        outcome = await self._executor.execute(step.operator, arguments, list(self._admitted))
+        work = self._executor.execute(step.operator, arguments, list(self._admitted))
+        outcome = await self._open_to_arrivals(search, work)
         if outcome.kind == "done":
             self._executed.append(str(step))
         report(search, outcome, self._executor.world.facts, self._switches)
+
+    async def _open_to_arrivals(
+        self, search: Search, work: Coroutine[object, object, StepOutcome]
+    ) -> StepOutcome:
+        """Wait for a step; requests enter the search meanwhile, where its options allow that."""
+        if self._switches.options.poll is not PollPoint.BEFORE_EXPANSION:
+            return await work
+        arrivals = asyncio.create_task(self._take_in_arrivals(search), name="rogue.arrivals")
+        try:
+            return await work
+        finally:
+            async with self._admitting:
+                arrivals.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await arrivals
+
+    async def _take_in_arrivals(self, search: Search) -> None:
+        while True:
+            self._book.changed.clear()
+            await self._book.changed.wait()
+            async with self._admitting:
+                await self._admit_new(search, self._wanted())
 
     async def _poll(self, search: Search) -> None:
         correct(search, self._executor.world.facts, self._switches)
@@ -165,6 +206,9 @@ class Episode:
         await self._drop_ended(search)
         wanted = self._wanted()
         await self._leave_out(search, {request.id for request in wanted})
+        await self._admit_new(search, wanted)
+
+    async def _admit_new(self, search: Search, wanted: Iterable[DeliveryRequest]) -> None:
         for request in wanted:
             if request.id not in self._admitted:
                 others = list(self._admitted.values())
@@ -173,6 +217,7 @@ class Episode:
         if self._unranked:
             await self._conversation.tell_all(trace.priority_lines(self._unranked))
             self._unranked.clear()
+        await self._tell_lists(search)
 
     def _stop_if_long(self, search: Search, nodes: int) -> None:
         """End a search that users keep alive, so that its tree does not grow for ever."""
