@@ -31,9 +31,10 @@ MetaPredicate = Callable[..., object]
 """A user's meta-predicate: ``function(search, *arguments)``.
 
 An argument is a value, the name of an operator, an ``Instance``, a ``Literal``, a ``NodeView``, a
-tuple of such for a list of another form, or a ``Variable`` where nothing is bound yet; a literal
-keeps a ``Variable`` in each of its places that is not bound. The function returns a truth value,
-or an iterable of mappings that bind variables by name, angle brackets included.
+dict for bindings, a tuple for a list of another form, or a ``Variable`` where nothing is bound yet;
+a literal and bindings keep a ``Variable`` in each of their places that is not bound. The function
+returns a truth value, or an iterable of mappings that bind variables by name, angle brackets
+included.
 """
 
 

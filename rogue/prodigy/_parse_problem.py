@@ -100,8 +100,9 @@ def _sections(form: Form) -> dict[str, Form]:
 def _facts(section: Form | None, words: Vocabulary) -> Iterator[Literal]:
     for node in section.items[1:] if section else ():
         items = as_list(node, "facts in parentheses")
-        is_single = isinstance(node, Form) and head(node) not in {"and", ""}
-        listed = (node,) if is_single else items[1:]
+        listed = items
+        if isinstance(node, Form) and head(node):
+            listed = items[1:] if head(node) == "and" else (node,)
         for item in listed:
             literal = _literal(item, words, is_fact=True)
             if not literal.positive:

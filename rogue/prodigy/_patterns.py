@@ -98,9 +98,11 @@ def _unify_terms(
 def _unify_pairs(
     pairs: tuple[tuple[str, Term], ...], value: RuleValue, bindings: RuleBindings
 ) -> RuleBindings | None:
+    if not isinstance(value, Instance):
+        return None
     found: RuleBindings | None = bindings
     for name, term in pairs:
-        if not isinstance(value, Instance) or name not in value.bindings or found is None:
+        if name not in value.bindings or found is None:
             return None
         found = unify(term, value.bindings[name], found)
     return found

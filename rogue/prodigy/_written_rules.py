@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from rogue.prodigy._candidates import CandidateIndex
 from rogue.prodigy._conditions import Condition
 from rogue.prodigy._events import Choice
-from rogue.prodigy._patterns import Pattern, RuleBindings, plain, unify, unify_all, variables
+from rogue.prodigy._patterns import OneOf, Pattern, RuleBindings, plain, unify, variables
 from rogue.prodigy._rules import Action, Candidate, DecideRule, PreferRule, Rule
 from rogue.prodigy._view import SearchView
 
@@ -23,11 +24,10 @@ class WrittenRule(Rule):
         self, view: SearchView, candidates: tuple[Candidate, ...]
     ) -> tuple[Candidate, ...]:
         """Return those of the candidates that are to be selected or rejected."""
-        chosen: dict[int, Candidate] = {}
+        chosen: set[int] = set()
+        index = CandidateIndex(candidates)
         for bindings in _distinct(self.when(view, candidates, {}), (self.wanted,)):
-            for candidate in candidates:
-                if any(True for _ in unify_all(self.wanted, candidate, bindings)):
-                    chosen[id(candidate)] = candidate
+            chosen.update(id(c) for c in _matched(self.wanted, index, bindings))
             if len(chosen) == len(candidates):
                 break
         return tuple(c for c in candidates if id(c) in chosen)
@@ -46,15 +46,20 @@ class WrittenPreference(PreferRule):
     ) -> Candidate | None:
         """Return the first of the candidates that is better than ``current``, or None."""
         answers = _distinct(self.when(view, candidates, {}), (self.first, self.second))
-        against = [b for a in answers if (b := unify(self.second, current, a)) is not None]
-        for candidate in candidates if against else ():
-            if candidate is not current and _is_any(self.first, candidate, against):
-                return candidate
-        return None
+        index = CandidateIndex(candidates)
+        better: set[int] = set()
+        for answer in answers:
+            against = unify(self.second, current, answer)
+            if against is not None:
+                better.update(id(c) for c in _matched(self.first, index, against))
+        return next((c for c in candidates if c is not current and id(c) in better), None)
 
 
-def _is_any(pattern: Pattern, candidate: Candidate, answers: list[RuleBindings]) -> bool:
-    return any(unify(pattern, candidate, answer) is not None for answer in answers)
+def _matched(wanted: Pattern, index: CandidateIndex, bindings: RuleBindings) -> Iterator[Candidate]:
+    for pattern in wanted.patterns if isinstance(wanted, OneOf) else (wanted,):
+        for candidate in index.matching(pattern, bindings):
+            if unify(pattern, candidate, bindings) is not None:
+                yield candidate
 
 
 def _distinct(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from rogue.prodigy import Domain, Effect, InferenceMode, InferenceRule, Operator
+from rogue.prodigy import Domain, Effect, InferenceMode, InferenceRule, Operator, Problem
 from rogue.prodigy._expressions import (
     TRUE,
     And,
@@ -33,6 +33,17 @@ def domain_text(domain: Domain) -> str:
         *map(_operator, domain.inference_rules),
     ]
     return "\n".join(forms)
+
+
+def problem_text(problem: Problem) -> str:
+    """Return a problem in PRODIGY's language."""
+    objects = "".join(f"({name} {kind})" for name, kind in problem.objects.types_of.items())
+    facts = _joined(map(str, problem.state.facts()))
+    goal = f"{_variables(problem.variables)} {_expression(problem.goal)}"
+    return (
+        f"(setf (current-problem) (create-problem (name {problem.name})\n"
+        f"  (objects {objects})\n  (state (and {facts}))\n  (goal {goal})))"
+    )
 
 
 def _operator(operator: Operator) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rogue.prodigy import (
     Candidate,
@@ -25,6 +27,9 @@ from rogue.prodigy import (
     parse_domain,
     parse_literal,
 )
+from rogue.prodigy._candidates import CandidateIndex
+from rogue.prodigy._patterns import BindingsPattern, ListPattern, Pattern, RuleValue, unify
+from rogue.prodigy._terms import Term
 
 YARD = """
 (ptype-of thing :top-type)
@@ -286,6 +291,32 @@ def test_rules_prefer_one_candidate_to_another() -> None:
     box = "(if (and)) (then prefer bindings ((<b> . blue) (<to> . <x>)) ((<b> . red) (<to> . <x>)))"
     assert preferred(box, INSTANCES[0], INSTANCES) == "<carry blue shed>"
     assert preferred(box, INSTANCES[2], INSTANCES) == "None"
+
+
+terms: st.SearchStrategy[Term] = st.sampled_from(
+    [Variable("<x>"), Variable("<y>"), "red", "blue", "big", "yard", "shed"]
+)
+rule_patterns: st.SearchStrategy[Pattern] = st.one_of(
+    st.sampled_from([Variable("<x>"), Variable("<y>"), "carry", "push"]),
+    st.builds(ListPattern, st.sampled_from(["at", "carry"]), st.tuples(terms, terms)),
+    st.builds(ListPattern, st.just("open"), st.tuples(terms), st.booleans()),
+    st.lists(st.tuples(st.sampled_from(["<b>", "<to>"]), terms), max_size=2).map(
+        lambda pairs: BindingsPattern(tuple(pairs))
+    ),
+)
+rule_values: st.SearchStrategy[RuleValue] = st.sampled_from(
+    ["red", "big", "shed", *GOALS, *INSTANCES, *OPERATORS]
+)
+
+
+@given(rule_patterns, st.dictionaries(st.sampled_from(["<x>", "<y>"]), rule_values))
+def test_an_index_leaves_out_no_candidate_that_matches(
+    pattern: Pattern, bindings: dict[str, RuleValue]
+) -> None:
+    candidates = (*GOALS, *INSTANCES, *OPERATORS)
+    found = CandidateIndex(candidates).matching(pattern, bindings)
+    kept = {id(c) for c in found}
+    assert all(id(c) in kept for c in candidates if unify(pattern, c, bindings) is not None)
 
 
 def test_users_meta_predicates_are_given_what_is_bound() -> None:

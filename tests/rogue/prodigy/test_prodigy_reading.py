@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from prodigy_writing import domain_text
+from prodigy_writing import domain_text, problem_text
 
 from rogue.prodigy import (
     Domain,
@@ -16,9 +16,12 @@ from rogue.prodigy import (
     InferenceMode,
     InferenceRule,
     Literal,
+    Objects,
     Operator,
     PdlError,
+    Problem,
     SearchOptions,
+    State,
     Status,
     load_domain,
     load_problem,
@@ -39,6 +42,7 @@ from rogue.prodigy._expressions import (
     Or,
     VariableSpec,
 )
+from rogue.prodigy._functions import BUILT_IN
 from rogue.prodigy._terms import Atom, Term, Variable
 from rogue.prodigy._types import TOP_TYPE, TypeSpec, TypeTree
 
@@ -137,6 +141,29 @@ def test_a_domain_is_read_back_as_it_was_written(domain: Domain) -> None:
     assert read.inference_rules == domain.inference_rules
     assert read.predicates.items() <= ARITIES.items()
     assert parse_domain(domain_text(domain).upper()).operators == domain.operators
+
+
+ground = expressions(("<g>",), 2)
+facts = st.sampled_from(sorted(ARITIES)).flatmap(
+    lambda name: st.builds(
+        Literal, st.just(name), st.tuples(*[st.sampled_from([*CONSTANTS, 3])] * ARITIES[name])
+    )
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(facts, max_size=5), declared(("<g>",)), ground)
+def test_a_problem_is_read_back_as_it_was_written(
+    true: list[Literal], variables: tuple[VariableSpec, ...], goal: Expression
+) -> None:
+    domain = Domain("zoo", TREE, (), ARITIES, BUILT_IN, CONSTANTS)
+    objects = Objects(TREE, {**CONSTANTS, "spot": "dog"})
+    problem = Problem(domain, "feeding", objects, State(true), goal, variables)
+    read = parse_problem(problem_text(problem), domain)
+    assert read.name == "feeding"
+    assert read.objects.types_of == objects.types_of
+    assert read.state == problem.state
+    assert (read.variables, read.goal) == (variables, goal)
 
 
 TypeTerm = tuple[str, frozenset[str]]
@@ -270,6 +297,16 @@ def test_numbers_are_read_as_lisp_writes_them() -> None:
     )
     for word in ("inf", "nan", "1_000", "1/0", "9" * 400, "1e999", "1+"):
         assert parse_literal(f"(is {word} a b c d)", domain).args[0] == word
+
+
+@pytest.mark.parametrize(
+    "state", ["(and (clear a) (clear b))", "(clear a) (clear b)", "((clear a) (clear b))"]
+)
+def test_facts_are_listed_in_several_ways(state: str) -> None:
+    problem = parse_problem(
+        f"(create-problem (objects (a b object)) (state {state}) (goal ()))", BLOCKS
+    )
+    assert len(problem.state.tuples("clear")) == 2
 
 
 def large(objects: int, facts: int) -> str:
