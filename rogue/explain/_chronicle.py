@@ -171,7 +171,14 @@ class Chronicle:
         own = self._concerns[request_id]
         before = self._overtaken.get(request_id, frozenset())
         rivals = [self._concerns[one] for one in self._known(ids - before)]
-        late = {r.id for r in rivals if r.rank > own.rank and r.posted > own.posted}
+        order = list(self._concerns)
+        late = {
+            rival.id
+            for rival in rivals
+            if rival.rank > own.rank
+            and rival.posted >= own.posted
+            and order.index(rival.id) > order.index(own.id)
+        }
         self._overtaken[request_id] = before | late
         return DecisionKind.OVERTAKEN if late else DecisionKind.WAITS
 

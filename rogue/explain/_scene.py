@@ -87,12 +87,11 @@ def compose(tree: GoalTree) -> Scene:
 
 def _hanging(shown: Mapping[int, TreeNode]) -> list[tuple[int, int]]:
     """Each figure with the one above it, that one first."""
-    pairs = ((node.above[0], number) for number, node in shown.items() if node.above)
-    return [(above, below) for above, below in pairs if above in shown]
+    return [(node.above, number) for number, node in shown.items() if node.above in shown]
 
 
 def _shared(nodes: Iterable[TreeNode], shown: Mapping[int, TreeNode]) -> list[_Pair]:
-    return [(n.number, sharer) for n in nodes for sharer in n.above[1:] if sharer in shown]
+    return [(n.number, sharer) for n in nodes for sharer in n.shared_by if sharer in shown]
 
 
 def _arranged(shown: Mapping[int, TreeNode], references: Sequence[_Pair]) -> Layout:

@@ -53,8 +53,9 @@ class TreeNode:
         name: Predicate or operator; ``not`` stands before that of a negative goal.
         args: Arguments, separated by blanks.
         standing: How it stands.
-        above: Numbers of the nodes that need it, the one under which it was chosen first; none
-            for a goal of the problem.
+        above: Number of the operator that it was chosen for, or of the goal that the operator
+            serves; 0 for a goal of the problem.
+        shared_by: Numbers of the other operators that need the goal.
         applied: Numbers of the nodes that applied the operator, in their order.
         note: Why it failed, empty if it did not.
         reason: Name of the rule that chose it, or of the default.
@@ -66,7 +67,8 @@ class TreeNode:
     name: str
     args: str
     standing: Standing
-    above: tuple[int, ...] = ()
+    above: int = 0
+    shared_by: tuple[int, ...] = ()
     applied: tuple[int, ...] = ()
     note: str = ""
     reason: str = ""
@@ -114,7 +116,7 @@ class GoalTree:
         live = [node.number for node in self.nodes if node.standing not in _GONE]
         kept, left = set(live[max(len(live) - most_live, 0) :]), most_gone
         for node in self.nodes:
-            is_placed = not node.above or node.above[0] in kept
+            is_placed = not node.above or node.above in kept
             if node.standing in _GONE and left and is_placed:
                 kept.add(node.number)
                 left -= 1
@@ -164,15 +166,16 @@ class _Drawing:
     def _node(self, view: NodeView, standing: Standing, sharers: dict[int, list[int]]) -> TreeNode:
         name, args = _words(view)
         decided = self._why(view)
-        above = [n for n in view.above if n in self._views and not _is_finish(self._views[n])]
-        above += [n for n in sharers.get(view.number, ()) if n not in above]
+        known = [n if self._is_drawn(n) else 0 for n in view.above] or [0]
+        shared = dict.fromkeys([*known[1:], *sharers.get(view.number, ())])
         return TreeNode(
             number=view.number,
             is_goal=view.kind is NodeKind.GOAL,
             name=name,
             args=args,
             standing=standing,
-            above=tuple(above),
+            above=known[0],
+            shared_by=tuple(n for n in shared if n and n != known[0]),
             applied=tuple(one.number for one in self._applied.get(view.number, ())),
             note=view.failure,
             reason=decided.reason if decided else "",
@@ -218,6 +221,9 @@ class _Drawing:
             return Standing.DONE
         is_wanted = view.literal in self._wanted or _OPEN & below
         return Standing.PENDING if is_wanted else Standing.DROPPED
+
+    def _is_drawn(self, number: int) -> bool:
+        return number in self._views and _is_shown(self._views[number])
 
     def _is_live(self, number: int) -> bool:
         """Say whether an operator counts still; of one that was let go nothing else is known."""

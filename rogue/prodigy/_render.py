@@ -35,14 +35,12 @@ class _Row(NamedTuple):
 
 def _rows(tree: GoalTree) -> Iterator[_Row]:
     known = {node.number: node for node in tree.nodes}
-    below: dict[int, list[TreeNode]] = {number: [] for number in known}
-    roots: list[TreeNode] = []
+    below: dict[int, list[tuple[TreeNode, bool]]] = {number: [] for number in known}
+    roots = [node for node in tree.nodes if node.above not in known]
     for node in tree.nodes:
-        above = [number for number in node.above if number in known]
-        for number in above:
-            below[number].append(node)
-        if not above:
-            roots.append(node)
+        for number in (node.above, *node.shared_by):
+            if number in known:
+                below[number].append((node, number != node.above))
     agenda = [_Row(node, "", "", is_reference=False) for node in reversed(roots)]
     while agenda:
         row = agenda.pop()
@@ -51,12 +49,12 @@ def _rows(tree: GoalTree) -> Iterator[_Row]:
             agenda.extend(reversed(_below(row, below[row.node.number])))
 
 
-def _below(row: _Row, nodes: list[TreeNode]) -> list[_Row]:
+def _below(row: _Row, nodes: list[tuple[TreeNode, bool]]) -> list[_Row]:
     indent = row.indent + {"": "", "├─ ": "│  ", "└─ ": "   "}[row.branch]
     branches = ["├─ "] * (len(nodes) - 1) + ["└─ "]
     return [
-        _Row(node, indent, branch, node.above[0] != row.node.number)
-        for node, branch in zip(nodes, branches, strict=False)
+        _Row(node, indent, branch, is_reference)
+        for (node, is_reference), branch in zip(nodes, branches, strict=False)
     ]
 
 

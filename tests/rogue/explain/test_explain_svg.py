@@ -18,7 +18,7 @@ DOCS = Path(__file__).parents[3] / "docs"
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def goal(number: int, name: str = "holds", above: tuple[int, ...] = (), **more: object) -> TreeNode:
+def goal(number: int, name: str = "holds", above: int = 0, **more: object) -> TreeNode:
     return node(number, is_goal=True, name=name, above=above, **more)
 
 
@@ -41,7 +41,7 @@ def of_class(root: ET.Element, name: str) -> list[ET.Element]:
 
 
 def test_goals_are_ovals_and_operators_boxes() -> None:
-    root = drawn(goal(1), node(2, above=(1,)))
+    root = drawn(goal(1), node(2, above=1))
     shapes = {one.get("id"): one.find("*[@class='shape']") for one in root.iter(f"{SVG}g")}
     assert shapes["n1"] is not None
     assert shapes["n1"].tag == f"{SVG}ellipse"
@@ -67,18 +67,18 @@ def test_the_tooltip_tells_rule_alternatives_and_failure() -> None:
 
 
 def test_a_shared_goal_that_is_near_is_linked_to_all_who_need_it() -> None:
-    scene = compose(GoalTree((goal(1), node(2, above=(1,)), goal(3, above=(2, 5)),
-                              goal(4), node(5, above=(4,)))))  # fmt: skip
+    scene = compose(GoalTree((goal(1), node(2, above=1), goal(3, above=2, shared_by=(5,)),
+                              goal(4), node(5, above=4))))  # fmt: skip
     assert [link.is_shared for link in scene.links].count(True) == 1
     assert not any(figure.is_reference for figure in scene.figures)
 
 
 def test_a_shared_goal_that_is_far_is_referred_to() -> None:
-    trees = [one for n in range(0, 60, 3) for one in (goal(n + 1), node(n + 2, above=(n + 1,)))]
-    scene = compose(GoalTree((*trees, goal(99, above=(2, 59)))))
+    trees = [one for n in range(0, 60, 3) for one in (goal(n + 1), node(n + 2, above=n + 1))]
+    scene = compose(GoalTree((*trees, goal(99, above=2, shared_by=(59,)))))
     [reference] = [figure for figure in scene.figures if figure.is_reference]
     assert reference.lines[-1] == "see n99"
-    root = ET.fromstring(draw_svg(GoalTree((*trees, goal(99, above=(2, 59))))))
+    root = ET.fromstring(draw_svg(GoalTree((*trees, goal(99, above=2, shared_by=(59,))))))
     assert len([one for one in root.iter() if one.get("id") == "n99"]) == 1
 
 
@@ -91,7 +91,7 @@ def test_the_plan_stands_beneath_and_its_steps_bear_their_places() -> None:
 
 
 def test_of_many_failures_some_are_drawn_and_the_rest_counted() -> None:
-    failed = [node(n, standing=Standing.FAILED, above=(1,)) for n in range(2, 200)]
+    failed = [node(n, standing=Standing.FAILED, above=1) for n in range(2, 200)]
     root = drawn(goal(1), *failed)
     assert len(of_class(root, "failed")) == MOST_GONE + 1
     words = " ".join(one.text or "" for one in root.iter(f"{SVG}text"))
@@ -111,7 +111,7 @@ def test_any_name_makes_a_well_formed_drawing(name: str, args: str) -> None:
 
 
 def test_the_drawing_is_as_large_as_what_is_in_it() -> None:
-    wide = [goal(1), node(2, above=(1,)), *(goal(n, above=(2,)) for n in range(3, 40))]
+    wide = [goal(1), node(2, above=1), *(goal(n, above=2) for n in range(3, 40))]
     root = drawn(*wide)
     left, top, width, height = map(float, (root.get("viewBox") or "").split())
     assert (left, top) == (0.0, 0.0)

@@ -87,7 +87,7 @@ def test_a_goal_that_was_missed_is_there_again() -> None:
     search = run(figure6_search(figure9(metres)), outcome=wrong_room_first("r-5305"))
     nodes = by_number(search)
     assert nodes[19].name == nodes[11].name == "robot-in-room"
-    assert nodes[19].above == nodes[11].above == (10,)
+    assert nodes[19].above == nodes[11].above == 10
     assert nodes[21].applied == (22,)
 
 
