@@ -5,7 +5,7 @@ from __future__ import annotations
 from rogue.memory._database import Database
 from rogue.memory._facts import Facts
 from rogue.memory._holds import Hold
-from rogue.memory._steps import PastStep, Step
+from rogue.memory._steps import PastStep, Step, TimedStep
 from rogue.memory._store import FILE_NAME, Store
 
 __all__ = [
@@ -16,4 +16,5 @@ __all__ = [
     "PastStep",
     "Step",
     "Store",
+    "TimedStep",
 ]

@@ -33,6 +33,16 @@ class PastStep:
     outcome: StepOutcome
 
 
+@dataclass(frozen=True, slots=True)
+class TimedStep:
+    """A step that has ended: how long it took, in seconds, and where the robot was then."""
+
+    operator: str
+    seconds: float
+    room: str | None
+    is_done: bool
+
+
 class KeptSteps:
     """The part of the store that holds steps and the outcomes of their effects."""
 
@@ -123,6 +133,18 @@ class KeptSteps:
                 str(operator), tuple(json.loads(args)), StepOutcome.model_validate_json(outcome)
             )
             for operator, args, outcome in rows
+        ]
+
+    async def timed_steps(self, most: int) -> list[TimedStep]:
+        """The latest steps that have ended, the oldest first."""
+        rows = await self._base.rows(
+            "SELECT operator, ended - started, json_extract(outcome, '$.room'), state FROM steps "
+            "WHERE ended IS NOT NULL ORDER BY number DESC LIMIT ?",
+            most,
+        )
+        return [
+            TimedStep(str(operator), float(seconds), room, state == "done")
+            for operator, seconds, room, state in rows[::-1]
         ]
 
     async def keep_outcome(self, step: Step, position: int, outcome: Outcome) -> None:

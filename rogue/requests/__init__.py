@@ -10,6 +10,7 @@ from rogue.requests._finger import FingerServer, finger, finger_server
 from rogue.requests._intake import accept, draft, is_same_errand, refuse_duplicate
 from rogue.requests._lateness import TooLateError
 from rogue.requests._outlook import Outlook
+from rogue.requests._pace import at_pace
 from rogue.requests._plan_file import PlanFile, read_plan
 from rogue.requests._prospects import Prospects
 from rogue.requests._questions import Questions
@@ -29,6 +30,7 @@ __all__ = [
     "RequestBook",
     "TooLateError",
     "accept",
+    "at_pace",
     "draft",
     "finger",
     "finger_server",

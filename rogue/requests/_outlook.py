@@ -13,32 +13,54 @@ from rogue.requests._endings import is_carried
 MOVES = 1
 """Errands that are tried elsewhere at each change of a long tour: it is only looked at."""
 
+MADE_ANEW = 40
+"""Up to so many errands the tour is made anew each time, and depends on nothing earlier."""
+
 
 class Outlook:
     """The tour that the robot is expected to make."""
 
-    def __init__(self, travel: Travel) -> None:
-        self._tour = RunningTour(travel, moves=MOVES)
+    def __init__(self) -> None:
+        self._long: RunningTour | None = None
 
     def promise(
         self,
         request: DeliveryRequest,
         others: Iterable[DeliveryRequest],
         *,
+        travel: Travel,
         facts: Facts,
         now: float,
     ) -> Promise:
-        """When a new request can be done, with all that was accepted before."""
+        """When a new request can be done, with all that was accepted before.
+
+        Args:
+            request: the new one.
+            others: those that are open.
+            travel: how fast the robot is, and how far the rooms are apart.
+            facts: where the robot is, what is on its tray.
+            now: seconds since the epoch.
+        """
         errands = [_errand(other, facts) for other in others]
-        return self._tour.promise(_errand(request, facts), errands, start=facts.room, now=now)
+        tour = self._tour(len(errands), travel)
+        if tour is not self._long:
+            tour.update(errands, start=facts.room, now=now)
+        return tour.promise(_errand(request, facts), errands, start=facts.room, now=now)
 
     def expected(
-        self, requests: Iterable[DeliveryRequest], *, facts: Facts, now: float
+        self, requests: Iterable[DeliveryRequest], *, travel: Travel, facts: Facts, now: float
     ) -> dict[str, float]:
-        """When open requests will be done, by their ids, in seconds since the epoch."""
+        """When open requests will be done, by their ids; arguments as those of `promise`."""
         errands = [_errand(request, facts) for request in requests]
-        tour = self._tour.update(errands, start=facts.room, now=now)
+        tour = self._tour(len(errands), travel).update(errands, start=facts.room, now=now)
         return {stop.key: stop.done for stop in tour.stops if stop.is_delivery}
+
+    def _tour(self, count: int, travel: Travel) -> RunningTour:
+        if count <= MADE_ANEW:
+            self._long = None
+            return RunningTour(travel)
+        self._long = self._long or RunningTour(travel, moves=MOVES)
+        return self._long
 
 
 def _errand(request: DeliveryRequest, facts: Facts) -> OpenErrand:

@@ -13,6 +13,7 @@ from rogue.messages import DeliveryRequest, Filled
 from rogue.requests._book import RequestBook
 from rogue.requests._lateness import TooLateError, warnings
 from rogue.requests._outlook import Outlook
+from rogue.requests._pace import at_pace
 from tca_bus import Module
 
 log = logging.getLogger(__name__)
@@ -25,6 +26,9 @@ SLACK = 1.5
 
 SHARE = 0.1
 """Share of the time that may go into looking at a long tour again and again."""
+
+STEPS = 40
+"""Steps from which it is learned how fast the robot gets on."""
 
 Learn = Callable[[Iterable[str]], Awaitable[None]]
 """Finds out how far it is between rooms."""
@@ -39,7 +43,8 @@ class Prospects:
         self._module = module
         self._store = store
         self._book = book
-        self._outlook = Outlook(travel)
+        self._travel = travel
+        self._outlook = Outlook()
         self._learn = learn
 
     async def get_ready(self, request: DeliveryRequest) -> None:
@@ -63,7 +68,8 @@ class Prospects:
         """
         facts, now = await self._store.facts(), self._module.clock.now()
         others = self._book.open_requests()
-        promise = self._outlook.promise(request, others, facts=facts, now=now)
+        travel = await self._pace()
+        promise = self._outlook.promise(request, others, travel=travel, facts=facts, now=now)
         if promise.can_be_kept:
             return request, filled
         if not any(one.slot == "deadline" and one.source == "default" for one in filled):
@@ -86,7 +92,11 @@ class Prospects:
         """Look at all open requests once, and tell of those that will be late."""
         self._book.prospects_changed.clear()
         facts, now = await self._store.facts(), self._module.clock.now()
+        travel = await self._pace()
         requests = self._book.open_requests()
-        expected = self._outlook.expected(requests, facts=facts, now=now)
+        expected = self._outlook.expected(requests, travel=travel, facts=facts, now=now)
         for request, warning in warnings(requests, expected, now):
             await self._book.warn(request.id, warning)
+
+    async def _pace(self) -> Travel:
+        return at_pace(self._travel, await self._store.timed_steps(STEPS))
