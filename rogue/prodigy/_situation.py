@@ -43,6 +43,8 @@ class Situation:
         lacking: How many needs of each node of the tail are false.
         free: The nodes of the tail that lack nothing.
         wanted: Literals that are needed, false, and not being worked on.
+        serving: How many nodes of the tail serve each goal.
+        live: Numbers of nodes of the tail that are known to matter still.
         finish: The node of *finish* in the tail.
     """
 
@@ -55,13 +57,15 @@ class Situation:
     lacking: Map[int, int]
     free: Map[int, Node]
     wanted: Map[Literal, None]
+    serving: Map[Literal, int]
+    live: Map[int, None]
     finish: Node | None = None
 
     @staticmethod
     def at(facts: Inferred) -> Situation:
         """Return the situation at a root: nothing was chosen yet."""
         past: Map[World, None] = Map([(_world(facts), None)])
-        return Situation(facts, past, Map(), Map(), Map(), Map(), Map(), Map(), Map())
+        return Situation(facts, past, Map(), Map(), Map(), Map(), Map(), Map(), Map(), Map(), Map())
 
     @property
     def state(self) -> State:
@@ -103,6 +107,9 @@ class Draft:
         self._state = start.state
         self._past = start.past
         self._finish = start.finish
+        self._live = start.view.live
+        self._left: list[Literal] = []
+        self._is_cut = False
         self._expanded = start.expanded.mutate()
         self._tail = start.tail.mutate()
         self._own_needs = start.own_needs.mutate()
@@ -110,9 +117,15 @@ class Draft:
         self._lacking = start.lacking.mutate()
         self._free = start.free.mutate()
         self._wanted = start.wanted.mutate()
+        self._serving = start.serving.mutate()
 
     def done(self) -> Situation:
-        """Return the situation made."""
+        """Return the situation made.
+
+        Whatever mattered before matters still, unless a goal served by a node that is left, or a
+        node that lacked something, was given up.
+        """
+        keeps_live = not self._is_cut and not any(g in self._serving for g in self._left)
         return Situation(
             self._facts,
             self._past,
@@ -123,6 +136,8 @@ class Draft:
             self._lacking.finish(),
             self._free.finish(),
             self._wanted.finish(),
+            self._serving.finish(),
+            self._live if keeps_live else Map(),
             self._finish,
         )
 
@@ -141,6 +156,8 @@ class Draft:
         if needs is not None:
             self._own_needs[node.number] = needs
             self._finish = node if node.is_finish() else self._finish
+        if node.goal is not None:
+            self._serving[node.goal] = self._serving.get(node.goal, 0) + 1
         self._need(node, self._needs(node))
 
     def drop(self, node: Node) -> None:
@@ -152,6 +169,13 @@ class Draft:
             else:
                 del self._needed[literal]
                 self._wanted.pop(literal, None)
+        if node.goal is not None:
+            others_serving = self._serving.get(node.goal, 1) - 1
+            if others_serving:
+                self._serving[node.goal] = others_serving
+            else:
+                del self._serving[node.goal]
+        self._is_cut = self._is_cut or self._lacking[node.number] > 0
         del self._tail[node.number]
         del self._lacking[node.number]
         self._free.pop(node.number, None)
@@ -165,6 +189,7 @@ class Draft:
     def leave(self, goal: Literal) -> None:
         """Note that a goal is no longer being worked on."""
         if self._expanded.pop(goal, None) is not None:
+            self._left.append(goal)
             self._want(goal)
 
     def move(self, facts: Inferred, changed: Iterable[Literal], *, forget: bool = False) -> None:
@@ -184,7 +209,8 @@ class Draft:
     def _flip(self, now_true: Literal) -> None:
         now_false = now_true.negated()
         for literal in (now_true, now_false):
-            self._expanded.pop(literal, None)
+            if self._expanded.pop(literal, None) is not None:
+                self._left.append(literal)
             self._wanted.pop(literal, None)
         for node in self._needed.get(now_true, ()):
             self._count(node, self._lacking[node.number] - 1)

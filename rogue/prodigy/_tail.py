@@ -19,13 +19,16 @@ if TYPE_CHECKING:
 
 
 class Tail:
-    """Answers about one situation, each worked out once."""
+    """Answers about one situation, each worked out once.
+
+    Attributes:
+        live: Numbers of nodes known to matter, those known before among them.
+    """
 
     def __init__(self, situation: Situation) -> None:
         self._situation = situation
-        self._live: set[Node] = set()
+        self.live = situation.live
         self._dangling: set[Node] = set()
-        self._orders: dict[Node, dict[Literal, int]] = {}
 
     @property
     def finish(self) -> Node | None:
@@ -45,8 +48,8 @@ class Tail:
         agenda = [node]
         while agenda:
             at = agenda.pop()
-            if at is self.finish or at in self._live:
-                self._live.update(_chain(at, came_from))
+            if at is self.finish or at.number in self.live:
+                self._note_live(at, came_from)
                 return True
             for consumer in self._waiting_for(at):
                 if consumer not in came_from and consumer not in self._dangling:
@@ -54,6 +57,12 @@ class Tail:
                     agenda.append(consumer)
         self._dangling.update(came_from)
         return False
+
+    def _note_live(self, node: Node | None, came_from: dict[Node, Node | None]) -> None:
+        while node is not None:
+            if node.number not in self.live:
+                self.live = self.live.set(node.number, None)
+            node = came_from[node]
 
     def goals(self) -> tuple[Literal, ...]:
         """Return the goals of the problem."""
@@ -75,22 +84,14 @@ class Tail:
 
     @cached_property
     def _pending(self) -> dict[Literal, tuple[Node, ...]]:
-        found: list[tuple[int, int, Literal, tuple[Node, ...]]] = []
-        for goal in self._situation.wanted:
-            consumers = self.consumers(goal)
-            if consumers:
-                first = consumers[0]
-                found.append((-first.number, self._place(first, goal), goal, consumers))
-        found.sort(key=lambda entry: entry[:2])
-        return {goal: consumers for _, _, goal, consumers in found}
-
-    def _place(self, node: Node, goal: Literal) -> int:
-        """Return which of the needs of ``node`` a goal is, from 0."""
-        order = self._orders.get(node)
-        if order is None:
-            needs = self._situation.needs(node)
-            order = self._orders[node] = {literal: at for at, literal in enumerate(needs)}
-        return order[goal]
+        situation = self._situation
+        needing = {node for goal in situation.wanted for node in situation.needed[goal]}
+        found: dict[Literal, tuple[Node, ...]] = {}
+        for node in sorted(filter(self.is_live, needing), key=lambda n: -n.number):
+            for goal in situation.needs(node):
+                if goal in situation.wanted and goal not in found:
+                    found[goal] = self.consumers(goal)
+        return found
 
     def ready(self) -> list[Node]:
         """Return the operators whose preconditions hold, newest first, *finish* left out."""
@@ -141,9 +142,3 @@ class Tail:
             return min((places[g] for g in self._goals_above([node])), default=len(places))
 
         return sorted(nodes, key=place)
-
-
-def _chain(node: Node | None, came_from: dict[Node, Node | None]) -> Iterable[Node]:
-    while node is not None:
-        yield node
-        node = came_from[node]
