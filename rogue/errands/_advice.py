@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rogue.errands._agenda import Agenda, key_of, robot_room, thing_of
+from rogue.errands._agenda import GOALS, Agenda, key_of, robot_room, thing_of
 from rogue.errands._selection import Selected, select
 from rogue.errands._tour import OpenErrand, Stop, Tour
 from rogue.errands._touring import RunningTour
@@ -15,6 +15,10 @@ ACQUIRE, DELIVER, RETURN = "acquire-item", "deliver-item", "return-item"
 PICKUP_GOTO, DELIVER_GOTO = "goto-pickup-loc", "goto-deliver-loc"
 CONSUMERS = {PICKUP_GOTO: (ACQUIRE,), DELIVER_GOTO: (DELIVER, RETURN)}
 """The operators for whose sake each GOTO is chosen."""
+
+
+AT_ONCE = 3
+"""Errands that are planned before the robot sets out, though it could."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,9 @@ class Advice:
             "is-delivery-planned": self.is_delivery_planned,
             "ancestor-is-top-priority-goal": self.ancestor_is_top_priority_goal,
             "compatible-with-top-priority-goal": self.compatible_with_top_priority_goal,
+            "is-much-left-to-plan": self.is_much_left_to_plan,
+            "is-for-next-stop": self.is_for_next_stop,
+            "is-next-stop-ready": self.is_next_stop_ready,
             "is-served-now": self.is_served_now,
             "is-premature-goto": self.is_premature_goto,
             "is-next-of-tour": self.is_next_of_tour,
@@ -91,6 +98,23 @@ class Advice:
         """Whether a goal is needed for an errand that lies on the way of the most urgent ones."""
         compatible = self.outlook(view).selected.compatible
         return any(key_of(*g.args) in compatible for g in view.top_level_goals(goal))
+
+    def is_much_left_to_plan(self, view: SearchView) -> bool:
+        """Whether more errands than `AT_ONCE` are not planned yet."""
+        return sum(goal.predicate in GOALS for goal in view.pending_goals()) > AT_ONCE
+
+    def is_for_next_stop(self, view: SearchView, goal: Literal) -> bool:
+        """Whether a goal is needed for the errand of the tour's next stop."""
+        stops = self.outlook(view).tour.stops
+        return bool(stops) and any(
+            key_of(*g.args) == stops[0].key for g in view.top_level_goals(goal)
+        )
+
+    def is_next_stop_ready(self, view: SearchView) -> bool:
+        """Whether something that can be done now leads to the tour's next stop."""
+        outlook = self.outlook(view)
+        stops = outlook.tour.stops
+        return bool(stops) and any(_leads_to(op, stops[0], outlook.here) for op in view.ready())
 
     def is_served_now(self, view: SearchView, operator: Instance) -> bool:
         """Whether an operator is for an errand that is not put off."""

@@ -51,6 +51,8 @@ def select(
     highest = max((e.rank for e in errands), default=0.0)
     top = [e for e in errands if e.rank >= highest - margin]
     others = [e for e in errands if e.rank < highest - margin]
+    if not others:
+        return Selected(frozenset(e.key for e in top))
     compatible = _on_the_way(others, _path(top, start, travel, now), travel.distance, nearby)
     if _has_no_room(errands, top, travel):
         compatible += [e.key for e in others if e.carried]
