@@ -277,10 +277,8 @@ async def test_an_urgent_errand_puts_another_aside_which_then_goes_on(scene: Sce
         0: lambda: scene.book.add(make_request("b", **urgent, rank=11), None),
         2: look,
     }
-    mail = make_request(
-        user="simmons", item="recyclecan", pickup="r-5305", deliver="r-5315", rank=1
-    )
-    await scene.play(Rules.WORKING, mail)
+    can = make_request(user="khaigh", item="recyclecan", pickup="r-5305", deliver="r-5315", rank=1)
+    await scene.play(Rules.WORKING, can)
     assert seen == ["suspended", "underway"]
     assert await scene.states() == {"a": "completed", "b": "completed"}
     steps = [step.operator.split()[0] for step in await scene.store.steps_of("a")]
