@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rogue.execution._effects import (
+    AwaitCharge,
     Believe,
     CheckTray,
     Effect,
@@ -29,6 +30,7 @@ from rogue.execution._world import KnownWorld
 
 __all__ = [
     "SURE",
+    "AwaitCharge",
     "Believe",
     "BusRobot",
     "Bystander",

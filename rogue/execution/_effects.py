@@ -50,13 +50,20 @@ class CheckTray:
 
 
 @dataclass(frozen=True, slots=True)
+class AwaitCharge:
+    """Stand at the charger until the battery is so full, 0 to 1."""
+
+    charge: float
+
+
+@dataclass(frozen=True, slots=True)
 class Perform:
     """Have a goal or a command carried out."""
 
     message: TaskOfRobot
 
 
-Effect = Tell | Locate | Believe | Look | CheckTray | Perform
+Effect = Tell | Locate | Believe | Look | CheckTray | AwaitCharge | Perform
 
 T = TypeVar("T")
 

@@ -16,6 +16,8 @@ from rogue.execution._operators import (
     ACQUIRE,
     DRIVES,
     GOTO_PICKUP,
+    HAND_OVERS,
+    RECHARGE,
     next_room,
     room_of,
     served_by,
@@ -23,7 +25,7 @@ from rogue.execution._operators import (
     thing_of,
 )
 from rogue.execution._patience import Patience
-from rogue.execution._procedures import acquire, deliver, go_to
+from rogue.execution._procedures import acquire, deliver, go_to, recharge
 from rogue.execution._steps import StepRunner
 from rogue.execution._verification import Verification
 from rogue.execution._world import KnownWorld
@@ -37,6 +39,9 @@ log = logging.getLogger(__name__)
 
 ARRIVED = frozenset({Trouble.BLOCKED, Trouble.UNSURE})
 """Troubles at a room that are over when the robot has got there."""
+
+OF_ITS_OWN = 100
+"""Priority of what the robot needs itself, above that of any errand."""
 
 NOBODY_WANTS_IT = "nobody wants it any more"
 
@@ -73,6 +78,7 @@ class Executor:
         self._patience = patience
         self._arrival = arrival
         self._current: _Current | None = None
+        self._recharge_after = 0.0
         self._still = contextlib.ExitStack()
         self.world = world
 
@@ -83,6 +89,8 @@ class Executor:
 
         An operator that serves nobody any more fails at once, and nothing moves.
         """
+        if operator in DRIVES:
+            await self._recharge_if_low()
         tray = self.world.facts.tray
         served = served_by(operator, arguments, self._found(request_ids), tray)
         if not served:
@@ -114,7 +122,20 @@ class Executor:
     def is_handing_over(self, thing: Thing) -> bool:
         """Whether somebody is putting an item on the tray or taking it from there just now."""
         step = self._current.step if self._current is not None else None
-        return step is not None and step.operator not in DRIVES and thing_of(step) == thing
+        return step is not None and step.operator in HAND_OVERS and thing_of(step) == thing
+
+    async def _recharge_if_low(self) -> None:
+        """Serve the robot's own need before it drives on; whatever comes of it, it drives then."""
+        battery, now = self.world.battery, self._module.clock.now()
+        if battery is None or not battery.low or battery.charger is None:
+            return
+        if now < self._recharge_after:
+            return
+        self._recharge_after = now + self._patience.later
+        where = (str(battery.charger.x), str(battery.charger.y))
+        step = await self._store.begin_step(RECHARGE, where, [], now)
+        if step is not None:
+            await self._run(step)
 
     async def _run(self, step: Step) -> StepOutcome:
         outcome = await self._outcome(step)
@@ -134,7 +155,7 @@ class Executor:
         self.world.after_step(outcome, holds)
         for request in ended:
             await self._book.took_effect(request)
-        if outcome.kind == "done":
+        if outcome.kind == "done" and step.operator != RECHARGE:
             cured = ARRIVED if step.operator in DRIVES else PASSING
             await self.world.take_up(room_of(step), cured)
         return outcome
@@ -175,6 +196,8 @@ class Executor:
 
     def _urgency(self, step: Step) -> Urgency:
         """The priority of the most important request, and the latest of the deadlines."""
+        if step.operator == RECHARGE:
+            return Urgency(priority=OF_ITS_OWN)
         served = self._found(step.requests)
         closing = any(request.closing is not None for request in served)
         deadlines = [request.deadline for request in served]
@@ -186,6 +209,9 @@ class Executor:
     def _procedure(self, step: Step) -> Procedure:
         if step.operator in DRIVES:
             return go_to(room_of(step), self._patience, self._arrival)
+        if step.operator == RECHARGE:
+            x, y = map(float, step.arguments)
+            return recharge(x, y, self._patience.charge)
         user, item = thing_of(step)
         phrase = self._directory.phrase(user, item)
         hand_over = acquire if step.operator == ACQUIRE else deliver

@@ -14,8 +14,14 @@ ACQUIRE = "acquire-item"
 DELIVER = "deliver-item"
 RETURN = "return-item"
 
+RECHARGE = "recharge"
+"""The robot's own errand; its arguments are the metres x and y of the charger."""
+
 DRIVES = frozenset({GOTO_PICKUP, GOTO_DELIVER})
-"""The operators that move the robot; the others move a thing to or from its tray."""
+"""The operators that lead the robot to a room."""
+
+HAND_OVERS = frozenset({ACQUIRE, DELIVER, RETURN})
+"""The operators that move a thing to or from the tray."""
 
 
 TAKING = frozenset({DELIVER, RETURN})

@@ -15,7 +15,8 @@ class Patience:
 
     Where nobody is in, or the way is blocked, the errand is put off for ``later`` seconds, and so
     ``returns`` times. An errand for which the robot ended up in another room ``wrong_arrivals``
-    times, or found the world to be other than planned as often, is given up.
+    times, or found the world to be other than planned as often, is given up. A battery that is low
+    is charged up to ``charge``, 0 to 1.
     """
 
     asks: int = 3
@@ -24,3 +25,4 @@ class Patience:
     later: float = 600.0
     returns: int = 2
     wrong_arrivals: int = 3
+    charge: float = 0.8

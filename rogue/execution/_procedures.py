@@ -15,7 +15,16 @@ from navigate.messages import (
 )
 from rogue import trace
 from rogue.execution._asking import NO_ANSWER, YES, ask, typed
-from rogue.execution._effects import Believe, CheckTray, Locate, Part, Perform, Procedure, Tell
+from rogue.execution._effects import (
+    AwaitCharge,
+    Believe,
+    CheckTray,
+    Locate,
+    Part,
+    Perform,
+    Procedure,
+    Tell,
+)
 from rogue.execution._patience import Patience
 from rogue.execution._verification import Verification
 from rogue.outcomes import Outcome, StepOutcome, Thing, Trouble
@@ -104,15 +113,35 @@ def deliver(
     return _refused("deliver-item", room, answer)
 
 
+def recharge(x: float, y: float, charge: float) -> Procedure:
+    """RECHARGE: stand at the charger, at (x, y) in metres, until the battery is so full, 0 to 1."""
+    yield Tell(trace.remark("The battery is low; going to the charger."))
+    outcome = yield from _navigate(100.0 * x, 100.0 * y)
+    if not outcome.failed:
+        outcome = yield AwaitCharge(charge)
+    if not outcome.failed:
+        yield Tell(trace.completed_line("RECHARGE", f"{charge:.0%}"))
+        yield Tell("")
+        return StepOutcome(kind="done")
+    yield Tell(trace.remark(outcome.reason))
+    yield from _failed("RECHARGE", f"{charge:.0%}")
+    return StepOutcome(kind="failed", reason=outcome.reason, trouble=Trouble.UNABLE)
+
+
 def _drive(room: str) -> Part[Outcome]:
     """Navigate to the room."""
     found = yield Locate(room)
     if found.failed:
         return found
     location = RoomLocation.model_validate(found.value)
-    for line in trace.navigate_lines(location.x, location.y):
+    return (yield from _navigate(location.x, location.y))
+
+
+def _navigate(x: float, y: float) -> Part[Outcome]:
+    """Navigate to a map location, in map units."""
+    for line in trace.navigate_lines(x, y):
         yield Tell(line)
-    outcome = yield Perform(NavigateToGoal(x=location.x, y=location.y))
+    outcome = yield Perform(NavigateToGoal(x=x, y=y))
     word = "FAILED" if outcome.failed else "ACHIEVED"
     yield Tell(trace.action_line("NAVIGATE-TO-GOAL", word))
     if outcome.failed:

@@ -13,7 +13,15 @@ from typing import Any, Protocol, TypeVar
 from pydantic import BaseModel
 
 from navigate.messages import Rooms, WhereAmI, WhereIsRoom
-from rogue.execution._effects import AT_LEISURE, Believe, Locate, Look, TaskOfRobot, Urgency
+from rogue.execution._effects import (
+    AT_LEISURE,
+    AwaitCharge,
+    Believe,
+    Locate,
+    Look,
+    TaskOfRobot,
+    Urgency,
+)
 from rogue.outcomes import Outcome
 from tca_bus import (
     BusGoneError,
@@ -29,7 +37,7 @@ from tca_bus import (
     TcaError,
     TimedOutError,
 )
-from xavier_sim.messages import ReadPlate
+from xavier_sim.messages import BatteryState, ReadBattery, ReadPlate
 
 log = logging.getLogger(__name__)
 
@@ -43,6 +51,9 @@ HANDLER_WAIT = 5.0
 
 SHORTEST = 1.0
 """Seconds that a drive is given at least."""
+
+BETWEEN_LOOKS = 30.0
+"""Seconds on the module's clock between two looks at a battery that is being charged."""
 
 CAMERA_ABSENCE = 2.0
 """Wall seconds until a camera that does not answer is taken for none."""
@@ -77,6 +88,9 @@ class Robot(Protocol):
 
     async def look(self, effect: Look) -> Outcome:
         """Read the door plate."""
+
+    async def await_charge(self, effect: AwaitCharge) -> Outcome:
+        """Wait until the battery is so full."""
 
     async def perform(
         self, task_id: str, message: TaskOfRobot, urgency: Urgency = AT_LEISURE
@@ -116,6 +130,21 @@ class BusRobot:
         """Read the door plate; a robot that has no camera is not waited for."""
         del effect
         return await self._ask(lambda: self._module.query(ReadPlate()), CAMERA_ABSENCE)
+
+    async def await_charge(self, effect: AwaitCharge) -> Outcome:
+        """Wait until the battery is so full; fails when it is not being charged."""
+        waited = False
+        while True:
+            seen = await self._ask(lambda: self._module.query(ReadBattery()))
+            if seen.failed:
+                return seen
+            battery = BatteryState.model_validate(seen.value)
+            if battery.charge >= effect.charge:
+                return seen
+            if waited and not battery.charging:
+                return Outcome(failure="not_charging", text="the charger gives no current")
+            await self._module.clock.sleep(BETWEEN_LOOKS)
+            waited = True
 
     async def perform(
         self, task_id: str, message: TaskOfRobot, urgency: Urgency = AT_LEISURE

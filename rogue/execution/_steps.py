@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Iterable
 
 from rogue.execution._effects import (
+    AwaitCharge,
     Believe,
     CheckTray,
     Effect,
@@ -93,6 +94,8 @@ class StepRunner:
             case CheckTray(user=user, item=item):
                 facts = await self._store.facts()
                 return Outcome(value={"on_tray": (user, item) in facts.tray})
+            case AwaitCharge():
+                return await self._robot.await_charge(effect)
             case Tell():
                 return NOTHING
             case Perform(message=message):

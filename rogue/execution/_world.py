@@ -10,12 +10,14 @@ from rogue.memory import Facts, Hold, Store
 from rogue.messages import DeliveryRequest
 from rogue.outcomes import StepOutcome, Thing, Trouble
 from tca_bus import Module
+from xavier_sim.messages import BatteryState
 
 
 class KnownWorld:
     """The robot's room, its tray, and which errands are put off until when.
 
-    ``on_change`` is called after each change that came from outside of a step.
+    ``battery`` is what was last heard of it, None while nothing was. ``on_change`` is called after
+    each change that came from outside of a step.
     """
 
     def __init__(self, store: Store, module: Module) -> None:
@@ -23,6 +25,7 @@ class KnownWorld:
         self._module = module
         self._holds: dict[str, Hold] = {}
         self.facts = Facts()
+        self.battery: BatteryState | None = None
         self.on_change: Callable[[], None] = _nothing
 
     async def load(self) -> None:

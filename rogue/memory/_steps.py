@@ -57,7 +57,7 @@ class KeptSteps:
     ) -> Step | None:
         """Write down a step before it starts, with the requests that it serves as they are then.
 
-        Gives None, and nothing is begun, when all of them have ended meanwhile.
+        Gives None, and nothing is begun, when all that there are have ended meanwhile.
         """
         served = list(requests)
         ids = tuple(request.id for request in served)

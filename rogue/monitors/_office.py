@@ -23,7 +23,7 @@ def office_monitors(
         DoorWatcher(module, book, executor, conversation, patience),
         ItemWatcher(module, book, executor),
         PeopleWatcher(module, executor),
-        BatteryWatcher(module, conversation),
+        BatteryWatcher(module, executor, conversation),
     )
     world = executor.world
 

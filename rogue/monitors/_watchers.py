@@ -148,13 +148,14 @@ class PeopleWatcher(Watcher):
 
 
 class BatteryWatcher(Watcher):
-    """Warns when the battery is low."""
+    """Knows how full the battery is, so that the robot charges it in time; warns when it is low."""
 
     kind = Kind.BATTERY
 
-    def __init__(self, module: Module, conversation: Conversation) -> None:
+    def __init__(self, module: Module, executor: Executor, conversation: Conversation) -> None:
         super().__init__()
         self._module = module
+        self._world = executor.world
         self._conversation = conversation
         self._warned = False
 
@@ -173,6 +174,7 @@ class BatteryWatcher(Watcher):
             log.info("nobody knows how full the battery is: %s", error)
 
     async def _stands(self, battery: BatteryState) -> None:
+        self._world.battery = battery
         if battery.low and not self._warned:
             left = f"The battery is low ({battery.charge:.0%})."
             await self._conversation.tell(trace.remark(left))

@@ -11,6 +11,7 @@ from navigate.messages import NavigateToGoal, SetPosition
 from rogue.conversation import Conversation
 from rogue.errands import Travel
 from rogue.execution import (
+    AwaitCharge,
     Believe,
     CheckTray,
     Effect,
@@ -71,6 +72,7 @@ class ScriptedRobot:
     tray: set[tuple[str, str]] = field(default_factory=set)
     running: str | None = None
     killed: list[str] = field(default_factory=list)
+    charged: list[float] = field(default_factory=list)
 
     def outcome(self, effect: Effect) -> Outcome:
         """What comes of an effect."""
@@ -88,6 +90,9 @@ class ScriptedRobot:
                 return Outcome(value={"on_tray": (user, item) in self.tray})
             case Perform(message):
                 return self.act(message)
+            case AwaitCharge(charge):
+                self.charged.append(charge)
+                return Outcome()
             case Tell():
                 return Outcome()
 
@@ -103,7 +108,8 @@ class ScriptedRobot:
             case NavigateToGoal(x=x, y=y):
                 drive = self.drives.pop(0) if self.drives else Outcome()
                 if not drive.failed:
-                    self.arrived = next(r for r, place in PLACES.items() if place == (x, y))
+                    here = (r for r, place in PLACES.items() if place == (x, y))
+                    self.arrived = next(here, None)
                 return drive
         return Outcome()
 
@@ -118,6 +124,9 @@ class ScriptedRobot:
         return self.outcome(effect)
 
     async def look(self, effect: Look) -> Outcome:
+        return self.outcome(effect)
+
+    async def await_charge(self, effect: AwaitCharge) -> Outcome:
         return self.outcome(effect)
 
     async def perform(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:

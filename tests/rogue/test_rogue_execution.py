@@ -17,6 +17,7 @@ from rogue.messages import DeliveryRequest, RequestChanged, RequestState
 from rogue.outcomes import StepOutcome, Trouble
 from rogue.requests import RequestBook, load_directory
 from rogue.times import show_time
+from xavier_sim.messages import BatteryState, Corner
 
 MAIL = ("mitchell", "delivermail")
 
@@ -165,6 +166,41 @@ async def test_an_operator_that_serves_nobody_moves_nothing(store: Store):
     assert outcome.kind == "failed"
     assert at.robot.performed == []
     assert await store.open_step() is None
+
+
+LOW = BatteryState(charge=0.15, low=True, charging=False, charger=Corner(x=7.5, y=12.0), time=0.0)
+
+
+async def test_a_low_battery_is_charged_before_the_robot_drives_on(store: Store):
+    at = await scene(store)
+    at.executor.world.battery = LOW
+    await at.book.add(make_request(), None)
+    await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    first, second = (m for m in at.robot.performed if isinstance(m, NavigateToGoal))
+    assert (first.x, first.y) == (750.0, 1200.0)
+    assert (second.x, second.y) == (567.0, 2316.5)
+    assert at.robot.charged == [Patience().charge]
+    assert at.robot.urgencies[0].priority > at.robot.urgencies[1].priority
+    assert await store.facts() == Facts("r-5303")
+    await at.execute("goto-deliver-loc", ["mitchell", "r-5313"])
+    assert at.robot.charged == [Patience().charge]
+
+
+async def test_nothing_is_charged_while_somebody_hands_something_over(store: Store):
+    at = await scene(store)
+    at.executor.world.battery = LOW
+    await at.book.add(make_request(), None)
+    await at.execute("acquire-item", ["r-5303", *MAIL])
+    assert at.robot.count(NavigateToGoal) == 0
+
+
+async def test_a_charger_out_of_reach_stops_no_errand(store: Store):
+    at = await scene(store, ScriptedRobot(drives=[failed("corridor_blocked")]))
+    at.executor.world.battery = LOW
+    await at.book.add(make_request(), None)
+    outcome = await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    assert outcome.kind == "done"
+    assert at.robot.charged == []
 
 
 async def test_three_arrivals_elsewhere_are_enough(store: Store):

@@ -8,7 +8,8 @@ import pytest
 from rogue_fakes import FakeModule
 
 from navigate.messages import NavigateToGoal, RoomLocation
-from rogue.execution import BusRobot, Endurance, Locate, Urgency
+from rogue.execution import AwaitCharge, BusRobot, Endurance, Locate, Urgency
+from rogue.outcomes import Outcome
 from tca_bus import (
     BusGoneError,
     Failure,
@@ -18,7 +19,8 @@ from tca_bus import (
     TaskFailedError,
     TimedOutError,
 )
-from xavier_sim.messages import Say, Spoken
+from tca_bus.testing import ManualClock
+from xavier_sim.messages import BatteryState, Say, Spoken
 
 QUICK = Endurance(absence=0.2, interval=0.0, lost_times=3)
 SAY = Say(text="Good morning.")
@@ -141,3 +143,31 @@ async def test_rooms_are_asked_for_and_refusals_come_through():
     refused = HandlerFailedError(Failure(name="unknown_room", text="there is no room"))
     robot = BusRobot(ScriptedModule(refused), QUICK)
     assert (await robot.locate(Locate("r-1"))).failure == "unknown_room"
+
+
+def battery(charge: float, *, charging: bool) -> BatteryState:
+    return BatteryState(charge=charge, low=True, charging=charging, charger=None, time=0.0)
+
+
+class QuickClock(ManualClock):
+    async def sleep_until(self, when: float) -> None:
+        self.move_to(when)
+
+
+async def charge(*states: BatteryState) -> tuple[Outcome, float]:
+    module = ScriptedModule(*states)
+    module.clock = QuickClock()
+    outcome = await BusRobot(module, QUICK).await_charge(AwaitCharge(0.8))
+    return outcome, module.clock.now()
+
+
+async def test_the_robot_stands_at_the_charger_until_its_battery_is_full_enough():
+    states = [battery(0.1, charging=False), *(battery(c, charging=True) for c in (0.5, 0.8))]
+    outcome, seconds = await charge(*states)
+    assert not outcome.failed
+    assert seconds == 60.0
+
+
+async def test_a_charger_that_gives_nothing_is_left():
+    outcome, _ = await charge(battery(0.1, charging=False))
+    assert outcome.failure == "not_charging"
