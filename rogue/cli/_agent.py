@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,11 +12,13 @@ from cyclopts.validators import Number
 from rogue.agent import PLACES, AgentOptions, run_agent
 from rogue.cli._folders import default_folder
 from rogue.errands import MOST_PLACES, Metric, MetricError, RankSum, load_metric
-from rogue.execution import SURE, layered
+from rogue.execution import SURE, Patience, layered
 from rogue.planning import RuleName, Rules
 from rogue.requests import finger_server
 from tca_bus import ConfigError, configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
+
+PATIENCE = Patience()
 
 
 async def agent(
@@ -28,6 +31,8 @@ async def agent(
     sure: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = SURE,
     camera: bool = True,
     ask_people: bool = True,
+    later: Annotated[float, Parameter(validator=Number(gt=0))] = PATIENCE.later / 60.0,
+    returns: Annotated[int, Parameter(validator=Number(gte=0))] = PATIENCE.returns,
     priority: str | None = None,
     tray: Annotated[int, Parameter(validator=Number(gte=1, lte=MOST_PLACES))] = PLACES,
     flags: BusFlags = DEFAULT_FLAGS,
@@ -54,6 +59,12 @@ async def agent(
     ask_people
         With the working rules: whether to ask a person where the robot is, if nothing else
         makes sure. The papers' rules always ask.
+    later
+        Minutes after which the robot comes back to a room where nobody was, or to which there was
+        no way.
+
+    Returns:
+        How often it comes back, before the errand takes another way or has failed.
     priority
         MODULE:NAME or FILE.py:NAME of a function that gives the priority of an errand, instead of
         PersonRank + TaskRank + DeadlineRank.
@@ -71,6 +82,7 @@ async def agent(
         metric=_metric(priority) if priority else RankSum(),
         places=tray,
         arrival=layered(sure=sure, camera=camera, people=ask_people),
+        patience=replace(PATIENCE, later=60.0 * later, returns=returns),
     )
     await run_agent(options, bus_options(flags))
 
