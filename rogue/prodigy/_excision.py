@@ -36,11 +36,17 @@ def excise(node: Node, tree: Tree) -> None:
 
 def _give_up(consumer: Node, applied: Node, tree: Tree) -> Node:
     top = consumer if consumer.depth > applied.depth else applied
-    for lower in [n for n in tree.open.values() if n.depth >= top.depth]:
+    for lower in [n for n in tree.open.values() if _is_at_or_below(n, top)]:
         tree.close(lower)
     top.structural = True
     top.failure = top.failure or "requires an unsolvable precondition"
     return top
+
+
+def _is_at_or_below(node: Node, top: Node) -> bool:
+    while node.depth > top.depth and node.parent is not None:
+        node = node.parent
+    return node is top
 
 
 def _newest_applied(node: Node) -> Node:

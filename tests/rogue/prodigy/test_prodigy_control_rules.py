@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -22,10 +23,14 @@ from rogue.prodigy import (
     PdlError,
     PreferRule,
     Rule,
+    SearchOptions,
     State,
+    Status,
     Variable,
     parse_domain,
     parse_literal,
+    parse_problem,
+    solve,
 )
 from rogue.prodigy._candidates import CandidateIndex
 from rogue.prodigy._patterns import BindingsPattern, ListPattern, Pattern, RuleValue, unify
@@ -386,3 +391,19 @@ def test_an_error_in_a_rule_names_what_is_wrong(rule: str, message: str) -> None
         with_rule(rule)
     assert message in str(caught.value)
     assert caught.value.position.line == YARD.count("\n") + 1
+
+
+DOMAINS = Path(__file__).parent / "domains"
+
+
+@pytest.mark.parametrize("which", ["oldest", "newest"])
+def test_a_rule_of_nodes_makes_the_search_go_broad_or_deep(which: str) -> None:
+    rule = f"(CONTROL-RULE it (if ({which}-candidate-node <n>)) (then select node <n>))"
+    domain = parse_domain((DOMAINS / "blocks.pdl").read_text() + rule)
+    text = """(create-problem (objects (a b c object))
+      (state (and (on c a) (on-table a) (on-table b) (clear b) (clear c) (arm-empty)))
+      (goal (on a b)))"""
+    result = solve(parse_problem(text, domain), SearchOptions(max_nodes=1000, depth_bound=60))
+    assert result.status is Status.SOLVED
+    assert len(result.plan) == 4
+    assert (result.nodes > 40) == (which == "oldest")
