@@ -15,12 +15,18 @@ _UNITS = {"s": 1.0, "sec": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86400.
 _PART = re.compile(r"(\d+(?:\.\d+)?)\s*(sec|s|min|m|h|d)", re.IGNORECASE)
 _RELATIVE = re.compile(rf"\+?\s*(?:{_PART.pattern}\s*)+", re.IGNORECASE)
 _CLOCK = re.compile(r"([01]?\d|2[0-3]):([0-5]\d)")
+_WEEKDAYS = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_TIME = r"(?P<hour>[01]?\d|2[0-3]):(?P<minute>[0-5]\d)"
+_DAY = rf"(?:(?P<weekday>{'|'.join(_WEEKDAYS)}) )?(?P<month>{'|'.join(_MONTHS)}) (?P<day>[0-3]?\d)"
+_DATED = (re.compile(rf"{_DAY} {_TIME}"), re.compile(rf"{_TIME} {_DAY}"))
 
 
 def read_deadline(text: str, now: float) -> float:
     """Read a deadline in seconds since the epoch.
 
-    Clock times without a zone are local time; ``HH:MM`` is the one nearest to now.
+    Clock times without a zone are local time; ``HH:MM`` is the one nearest to now. Days may be
+    written as the papers do: ``Wed Oct 1 13:48``, or as in Figure 4, ``14:33 Fri Dec 1``.
 
     Raises:
         DeadlineError: ``text`` cannot be read, or names a time that has passed.
@@ -66,6 +72,10 @@ def _read(text: str, now: float) -> float | None:
         return now + span
     if clock := _CLOCK.fullmatch(text):
         return _nearest_clock_time(int(clock[1]), int(clock[2]), now)
+    words = " ".join(text.lower().split())
+    for form in _DATED:
+        if dated := form.fullmatch(words):
+            return _nearest_date(dated, now)
     try:
         return datetime.fromisoformat(text).astimezone().timestamp()
     except (ValueError, OverflowError):
@@ -79,3 +89,19 @@ def _nearest_clock_time(hour: int, minute: int, now: float) -> float:
     if today - moment > timedelta(hours=12):
         moment += timedelta(days=1)
     return moment.timestamp()
+
+
+def _nearest_date(dated: re.Match[str], now: float) -> float | None:
+    """The next such day, or one of the last half year; None if its weekday is another."""
+    today = datetime.fromtimestamp(now).astimezone()
+    month = _MONTHS.index(dated["month"]) + 1
+    day, hour, minute = (int(dated[name]) for name in ("day", "hour", "minute"))
+    for year in (today.year, today.year + 1):
+        try:
+            moment = datetime(year, month, day, hour, minute).astimezone()
+        except ValueError:
+            continue
+        if today - moment < timedelta(days=183):
+            fits = dated["weekday"] in {None, _WEEKDAYS[moment.weekday()]}
+            return moment.timestamp() if fits else None
+    return None

@@ -10,9 +10,19 @@ from pathlib import Path
 import pytest
 from rogue_fakes import PLACES, FakeModule, HangingRobot, ScriptedRobot
 
+from navigate.messages import NavigateToGoal
 from rogue.agent import Agent, AgentOptions
+from rogue.execution import TaskOfRobot, Urgency
 from rogue.memory import Store
-from rogue.messages import DeliveryRequest, ListRequests, PostRequest, ReadTrace, ShowPlan
+from rogue.messages import (
+    CancelRequest,
+    DeliveryRequest,
+    ListRequests,
+    PostRequest,
+    ReadTrace,
+    ShowPlan,
+)
+from rogue.outcomes import Outcome
 from rogue.requests import load_directory
 from rogue.trace import LISTENING
 from tca_bus.testing import eventually
@@ -91,6 +101,46 @@ async def test_at_its_deadline_a_request_has_failed(tmp_path, monkeypatch):
         assert failed.reason is not None
         assert failed.reason.startswith("its deadline, ")
         await eventually(lambda: robot.killed, what="the drive to be broken off")
+
+
+class StuckRobot(ScriptedRobot):
+    """A robot that drives once, and then gets stuck until the drive is broken off."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.stuck = asyncio.Event()
+
+    async def perform(self, task_id: str, message: TaskOfRobot, urgency: Urgency) -> Outcome:
+        outcome = await super().perform(task_id, message, urgency)
+        if self.count(NavigateToGoal) == 2 and isinstance(message, NavigateToGoal):
+            self.stuck.set()
+            await asyncio.get_running_loop().create_future()
+        return outcome
+
+
+async def test_at_the_deadline_what_is_on_the_tray_goes_back(tmp_path, monkeypatch):
+    robot = StuckRobot()
+    async with running(tmp_path, robot, monkeypatch) as module:
+        await module.ask(POST)
+        await robot.stuck.wait()
+        await module.clock.advance(3601.0)
+        failed = await reaches(module, "failed")
+    assert failed.reason is not None
+    assert failed.reason.startswith("its deadline, ")
+    assert failed.reason.endswith("; the item is back in r-5303")
+
+
+async def test_what_is_canceled_on_the_way_is_delivered_if_the_user_says_so(tmp_path, monkeypatch):
+    robot = StuckRobot()
+    async with running(tmp_path, robot, monkeypatch) as module:
+        await module.ask(POST)
+        await robot.stuck.wait()
+        canceled = await module.ask(CancelRequest(id="a", reason="too late", item="back"))
+        assert isinstance(canceled, DeliveryRequest)
+        assert (canceled.state.value, canceled.destination) == ("underway", "r-5303")
+        await module.ask(CancelRequest(id="a", item="deliver"))
+        done = await reaches(module, "canceled")
+    assert done.reason == "too late; the item was delivered to r-5313 all the same"
 
 
 async def test_a_restarted_agent_goes_on_where_it_was(tmp_path, monkeypatch):

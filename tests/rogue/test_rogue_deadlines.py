@@ -25,6 +25,9 @@ NOW = datetime(2026, 3, 4, 14, 30).astimezone().timestamp()
         ("14:45", 900),
         ("2026-03-04T15:00", 1800),
         ("2026-03-05 14:30", 86400),
+        ("Thu Mar 5 14:30", 86400),
+        ("mar  5 14:30", 86400),
+        ("14:30 Thu Mar 5", 86400),
     ],
 )
 def test_times_as_people_write_them(text: str, seconds: float):
@@ -41,7 +44,9 @@ def test_iso_with_a_zone_is_that_zones_time():
     assert read_deadline("2026-03-04T16:00:00+01:00", now) == pytest.approx(now + 1800)
 
 
-@pytest.mark.parametrize("text", ["soon", " ", "25:00", "1x", "+", "2026-13-01", "12:61", "h"])
+@pytest.mark.parametrize(
+    "text", ["soon", " ", "25:00", "1x", "+", "2026-13-01", "12:61", "h", "Fri Mar 5 14:30"]
+)
 def test_what_cannot_be_read_is_refused_with_the_forms(text: str):
     with pytest.raises(DeadlineError, match=r"cannot be read; expected .* HH:MM"):
         read_deadline(text, NOW)
@@ -89,3 +94,14 @@ def test_a_moment_that_cannot_be_read_is_refused():
 def test_times_read_like_those_of_figure_6():
     assert show_time(NOW) == "Mar 4 14:30"
     assert show_deadline(NOW) == "Wed Mar 4 14:30"
+
+
+@given(st.integers(min_value=1, max_value=180 * 24 * 60))
+def test_a_deadline_as_it_is_shown_can_be_read(minutes: int):
+    deadline = NOW + minutes * 60
+    assert read_deadline(show_deadline(deadline), NOW) == pytest.approx(deadline)
+
+
+def test_a_day_of_the_new_year_is_the_next_one():
+    late = datetime(2026, 12, 30, 12, 0).astimezone().timestamp()
+    assert read_deadline("Jan 2 12:00", late) == pytest.approx(late + 3 * 86400)

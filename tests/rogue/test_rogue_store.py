@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import AsyncIterator
+from contextlib import closing
+from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -91,3 +94,22 @@ async def test_a_store_of_a_newer_version_is_refused(tmp_path: Path):
     with pytest.raises(StoreError, match="newer version"):
         async with Store(tmp_path):
             pass
+
+
+async def test_a_store_of_the_first_schema_is_brought_up_to_date(tmp_path: Path):
+    old = resources.files("rogue.memory").joinpath("migrations", "0001_requests.sql")
+    with closing(sqlite3.connect(tmp_path / "rogue.db")) as link:
+        link.executescript(
+            old.read_text(encoding="utf-8")
+            + """
+            INSERT INTO requests (id, user, item, pickup, deliver, state, rank, posted, deadline)
+            VALUES ('a', 'mitchell', 'delivermail', 'r-5303', 'r-5313', 'queued', 5, 1000, 4600);
+            INSERT INTO steps (operator, arguments, requests, state, started)
+            VALUES ('goto-pickup-loc', '["mitchell", "r-5303"]', '["a"]', 'done', 1.0);
+            PRAGMA user_version = 1;
+            """
+        )
+    async with Store(tmp_path) as store:
+        assert await store.requests() == [make_request()]
+        assert await store.filled("a") == []
+        assert [step.state for step in await store.steps_of("a")] == ["done"]
