@@ -197,8 +197,10 @@ class Episode:
         while True:
             self._book.changed.clear()
             await self._book.changed.wait()
-            async with self._admitting:
-                await self._admit_new(search, self._wanted())
+            # In lockstep the robot does not drive on before the search knows.
+            with self._book.clock.hold():
+                async with self._admitting:
+                    await self._admit_new(search, self._wanted())
 
     async def _poll(self, search: Search) -> None:
         correct(search, self._executor.world.facts, self._switches)

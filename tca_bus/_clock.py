@@ -56,7 +56,8 @@ class Clock(ABC):
         """Wait passively until ``when``, and then do the block: in lockstep, at that very time.
 
         Simulated time stands still until the block is left, for some wall seconds at most; the
-        module that makes it goes on then, and says so in its log.
+        module that makes it goes on then, and says so in its log. So nothing in the block may
+        wait for time to pass.
         """
 
     @abstractmethod

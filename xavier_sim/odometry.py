@@ -82,7 +82,7 @@ class Odometry:
     def restore(self, state: dict[str, Any]) -> None:
         """Go back to a snapshot."""
         self.x, self.y, self.theta = state["pose"]
-        self.slipping = state["slipping"]
+        self.slipping = state.get("slipping", 0.0)
         self._scale, self._drift, self._turn_scale = state["errors"]
         restore_stream(self._random, state["random"])
 

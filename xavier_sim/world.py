@@ -239,7 +239,10 @@ class World:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go back to a snapshot of a world with the same floor and profile."""
+        """Go back to a snapshot of a world with the same floor and profile.
+
+        One that is so old that it knows no camera and no battery leaves them as they are.
+        """
         self.tick, self.metres = state["tick"], state["metres"]
         self._physics.state = BodyState(**state["body"])
         for door, name in enumerate(self.geometry.door_names):
@@ -247,8 +250,9 @@ class World:
         self._odometry.restore(state["odometry"])
         self._sonar.restore(state["sonar"])
         self._bumpers.restore(state["bumpers"])
-        self.camera.restore(state["camera"])
-        if self.battery and state["battery"]:
+        if "camera" in state:
+            self.camera.restore(state["camera"])
+        if self.battery and state.get("battery"):
             self.battery.restore(state["battery"])
         self.reading = self._read(*state["reading"])
 

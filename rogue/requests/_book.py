@@ -11,7 +11,7 @@ from rogue.memory import Facts, Step, Store
 from rogue.messages import Closing, DeliveryRequest, Filled, RequestChanged, RequestState
 from rogue.requests._directory import Directory
 from rogue.requests._endings import Item, closes, ended
-from tca_bus import Module
+from tca_bus import Clock, Module
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +37,11 @@ class RequestBook:
         """Read what was open when the agent last ran."""
         self._open = {r.id: r for r in await self._store.requests(open_only=True)}
         self._wake()
+
+    @property
+    def clock(self) -> Clock:
+        """The time of the world, in which requests are posted and end."""
+        return self._module.clock
 
     def open_requests(self) -> list[DeliveryRequest]:
         """What is still to be done, the oldest first."""

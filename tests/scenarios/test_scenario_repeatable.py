@@ -12,6 +12,8 @@ from navigate.floorfile import load_plan
 from navigate.messages import NavigateToGoal, WhereIsRoom
 from navigate.navigator import Navigator
 from navigate.service import NavigateService
+from rogue.agent import AgentOptions, run_agent
+from rogue.messages import CancelRequest, PostRequest, ReadTrace, RequestChanged, RequestState
 from tca_bus import Module, TaskFailedError
 from tca_bus.testing import bus, central
 from xavier_sim.floor import load_floor
@@ -41,15 +43,16 @@ async def running(*runners):
 
 
 @asynccontextmanager
-async def office(seed):
-    """Robot, navigator and people on a bus, and one module that plans, one that interferes."""
+async def office(seed, *more, silence=0.0):
+    """Robot, navigator, people and what ``more`` runs, one module that plans, one that meddles."""
     async with bus(clock="sim") as options, central(options):
         state = RobotState(World(load_floor(), seed), SimClock(EPOCH), speed=None)
         speech = SpeechModule(options, RecordFile(None))
-        people = SimulatedPeople(speech, seed=seed, habits=Habits(silence=0.3))
+        people = SimulatedPeople(speech, seed=seed, habits=Habits(silence=silence))
         navigator = NavigateService(Navigator(Floor(load_plan()), seed=seed), options)
         async with (
             running(RobotModule(state, None, options).run(), navigator.run(), speech.run(people)),
+            running(*(runner(options) for runner in more)),
             Module("planner", options=options) as planner,
             Module("meddler", options=options) as meddler,
         ):
@@ -105,7 +108,7 @@ async def meddle(module, diary, pause):
 
 
 async def day(seed, pause, rooms=("r-5302", "r-5301", "r-5304")):
-    async with office(seed) as (planner, meddler):
+    async with office(seed, silence=0.3) as (planner, meddler):
         diaries = Diary(planner), Diary(meddler)
         meddling = asyncio.create_task(meddle(meddler, diaries[1], pause), name="meddle")
         await plan(planner, diaries[0], rooms, pause)
@@ -122,3 +125,46 @@ async def test_the_same_day_again_is_the_same_to_the_tick():
     assert [tick for tick, *_ in meddlings[:3]] == [50, 213, 650]
     other, _ = await day(4, 0.0, ("r-5302",))
     assert other != plans[:3]
+
+
+async def errands(folder, pause):
+    """ROGUE at work: a request is taken back while the robot drives for it, another is late."""
+    agent = AgentOptions(folder=folder)
+    async with (
+        office(5, lambda options: run_agent(agent, options)) as (_, user),
+        user.subscribe(RequestChanged) as changes,
+    ):
+        await user.wait_for(PostRequest, timeout=10)
+        for seconds, message in (
+            (0.0, post("a", "mitchell", "delivermail", "r-5304", "r-5302")),
+            (1.0, post("c", "mitchell", "pickupbook", "r-5302", "r-5301")),
+            (12.3, CancelRequest(id="a")),
+            (13.0, post("b", "jhm", "deliverfax", "r-5329", "r-5301", deadline="+20s")),
+        ):
+            async with user.clock.at(EPOCH + seconds):
+                await asyncio.sleep(pause)
+                await user.query(message)
+        ended = {}
+        while len(ended) < 3:
+            request = (await changes.get()).request
+            if request.state.is_final:
+                ended[request.id] = (request.state, request.finished - EPOCH)
+        return ended, [(line.time, line.text) for line in await user.query(ReadTrace())]
+
+
+def post(name, user, item, pickup, deliver, deadline="+1h"):
+    """A request that is tried even if its time is too short."""
+    return PostRequest(
+        id=name, user=user, item=item, pickup=pickup, deliver=deliver,
+        deadline=deadline, anyway=True,
+    )  # fmt: skip
+
+
+async def test_errands_that_are_broken_off_are_so_at_the_same_tick(tmp_path):
+    first = await errands(tmp_path / "first", 0.0)
+    slow = await errands(tmp_path / "slow", 0.05)
+    assert first == slow
+    ended, _ = first
+    assert ended["a"] == (RequestState.CANCELED, pytest.approx(12.3))
+    assert ended["b"] == (RequestState.FAILED, pytest.approx(33.0))
+    assert ended["c"][0] is RequestState.COMPLETED

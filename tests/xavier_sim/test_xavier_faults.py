@@ -106,6 +106,14 @@ def test_faults_survive_a_snapshot():
     assert again.battery.charge == 0.4
 
 
+def test_a_snapshot_of_before_there_were_faults_is_restored():
+    world, again = (World(PLAN, 1, XAVIER.model_copy(update={"battery": WEAK})) for _ in range(2))
+    old = world.snapshot()
+    del old["camera"], old["battery"], old["odometry"]["slipping"]
+    again.restore(old)
+    assert again.snapshot() == world.snapshot()
+
+
 @pytest.mark.parametrize(
     "fields", [{}, {"x": 1.0}, {"room": "r-5303", "x": 1.0, "y": 2.0}, {"room": "a", "left": 1.0}]
 )

@@ -83,6 +83,15 @@ async def test_commands_of_the_robot(tmp_path):
         code, _, err = await run(options, "door", "r-53003", "close")
         assert code == 2
         assert "Did you mean 'r-5303'" in err
+        (kidnap, there, _), (slip, out, _), (place, _, err) = await asyncio.gather(
+            run(options, "fault", "kidnap", "R-5305", "--json"),
+            run(options, "fault", "odometry", "-3.6"),
+            run(options, "fault", "kidnap", "--x", "3"),
+        )
+        assert (kidnap, slip, place) == (0, 0, 2)
+        assert json.loads(there)["room"] == "r-5305"
+        assert "-3.600 m to count wrongly" in out
+        assert "expected a room, or --x and --y" in err
         robot.send_signal(signal.SIGTERM)
         await robot.wait()
         assert robot.returncode == 0
