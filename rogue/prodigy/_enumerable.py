@@ -27,12 +27,8 @@ def is_enumerable(operator: Operator, domain: Domain) -> bool:
 
 def varies(operator: Operator, domain: Domain) -> bool:
     """Say whether the instances depend on facts that change."""
-    return any(
-        call.pattern is not None for spec in operator.variables for call in spec.calls
-    ) or any(
-        domain.types.infinite_of(spec.types) and not _generators(spec, domain)
-        for spec in operator.variables
-    )
+    patterns = (call.pattern for spec in operator.variables for call in spec.calls)
+    return any(p is not None for p in patterns) or not _all_known(operator.variables, (), domain)
 
 
 def _all_known(

@@ -120,3 +120,9 @@ def test_all_values_of_an_effects_variable_are_changed() -> None:
     carries = [step for step in result.plan if step.operator == "carry"]
     assert carries
     assert all({name for name, _ in step.bindings} == {"<from>", "<to>"} for step in carries)
+
+
+def test_no_proof_overlooks_numbers_that_only_facts_give() -> None:
+    problem = load_named("machining-axle").problem
+    few = solve(problem, SearchOptions(max_nodes=10, level=0))
+    assert (few.status, few.reason) == (Status.LIMIT, "gave up after 10 nodes; there is a plan")
