@@ -50,7 +50,7 @@ class Chronicle:
         self._texts: dict[str, _Ids] = {}
         self._bindings: dict[int, list[NodeView]] = {}
         self._worked_on: dict[Literal, int] = {}
-        self._waits: dict[str, _Ids] = {}
+        self._waits: dict[str, str] = {}
         self._overtaken: dict[str, _Ids] = {}
         self._planned: set[str] = set()
         self._selecting = ""
@@ -150,22 +150,27 @@ class Chronicle:
         for text in _others(event):
             for request_id in self._texts.get(text, ()):
                 rules[request_id] = removed.get(text, event.reason)
-        passed = [
-            one for one in self._known(rules) if one not in ids and self._waits.get(one) != ids
-        ]
-        self._waits.update(dict.fromkeys(passed, ids))
         return [
             Decision(
                 time=now,
-                kind=self._how_passed(request_id, ids),
+                kind=kind,
                 requests=(request_id,),
                 rule=rules[request_id],
                 chosen=event.chosen,
                 over=_others(event),
                 rivals=self._rivals(ids),
             )
-            for request_id in passed
+            for request_id in self._known(rules)
+            if request_id not in ids
+            and (kind := self._news(request_id, ids, rules[request_id])) is not None
         ]
+
+    def _news(self, request_id: str, ids: _Ids, rule: str) -> DecisionKind | None:
+        """How a request was passed over; that it waits on by the same rule is no news."""
+        kind = self._how_passed(request_id, ids)
+        is_news = kind is DecisionKind.OVERTAKEN or self._waits.get(request_id) != rule
+        self._waits[request_id] = rule
+        return kind if is_news else None
 
     def _how_passed(self, request_id: str, ids: _Ids) -> DecisionKind:
         own = self._concerns[request_id]

@@ -27,6 +27,8 @@ RULES: Mapping[str, str] = {
     "pickup-goto-for-acquire": "the item is there",
     "deliveries-make-room": "planned deliveries make room on the tray",
     "select-top-priority-and-compatible-goals": "it is the most urgent, or on the way to that",
+    "prefer-goals-of-next-stop": "the next stop of the best round needs it",
+    "set-out-for-next-stop": "the next stop can be driven to, and the rest is planned on the way",
     "order-of-tour": "it is the next stop of the best round through all rooms",
     "put-off-for-top-priority": "more urgent errands come first",
 }

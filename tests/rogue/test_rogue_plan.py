@@ -1,4 +1,4 @@
-"""``rogue plan``: the tree as text and as a drawing, once and whenever it changes."""
+"""What shows the planner at work: ``rogue plan``, ``rogue trace``, ``rogue why``."""
 
 from __future__ import annotations
 
@@ -13,8 +13,17 @@ import pytest
 
 from rogue.cli._drawing import write_drawing
 from rogue.cli._plan import plan
+from rogue.cli._requests import why
 from rogue.cli._trace import trace
-from rogue.messages import PlanView, ReadTrace, ShowPlan, TraceLine
+from rogue.messages import (
+    PlanView,
+    ReadTrace,
+    ShowPlan,
+    TraceLine,
+    Why,
+    WhyEntry,
+    WhyReport,
+)
 from rogue.prodigy import GoalTree, Standing, TreeNode, TreeStep
 from tca_bus import ConfigError, Module
 from tca_bus.cli import BusFlags
@@ -99,3 +108,19 @@ async def test_the_trace_is_printed_with_the_rules_or_without(
         await trace(level=2, since="1h", flags=flags)
         assert capsys.readouterr().out.splitlines() == [said[0], said[2]]
         assert [asked.since for asked in agent.received(ReadTrace)] == [None, None, "1h", "1h"]
+
+
+@pytest.mark.bus
+async def test_why_is_printed_and_given_as_data(capsys: pytest.CaptureFixture[str]):
+    entry = WhyEntry(time=5.0, kind="waits", sentence="It waits.", rule="own", over=("<x>",))
+    report = WhyReport(id="a", sentences=["then: It waits."], entries=[entry])
+    async with bus() as options, ScriptedModule("rogue", options=options) as agent:
+        agent.answers(Why, report)
+        flags = BusFlags(connect=options.connect, realm=options.realm)
+        await why("a", everything=True, flags=flags)
+        assert capsys.readouterr().out == "then: It waits.\n"
+        await why("a", flags=BusFlags(connect=options.connect, realm=options.realm, json=True))
+        assert json.loads(capsys.readouterr().out)["entries"] == [
+            {"time": 5.0, "kind": "waits", "sentence": "It waits.", "rule": "own", "over": ["<x>"]}
+        ]
+        assert [asked.everything for asked in agent.received(Why)] == [True, False]

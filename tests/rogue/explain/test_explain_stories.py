@@ -181,6 +181,21 @@ def test_a_request_that_nothing_was_planned_for_waits_too() -> None:
     assert (waits.kind, waits.rivals) == (DecisionKind.WAITS, (Rival("a", 5),))
 
 
+def test_that_a_request_waits_on_is_no_news() -> None:
+    chronicle = Chronicle()
+    chronicle.admit(concern("a", MAIL, 5, 1.0))
+    chronicle.admit(concern("z", Errand("xue", "tea", "r-5315", "r-5301"), 1, 1.0))
+    search = new_search(figure9(metres))
+    decisions: list[Decision] = []
+    for event in search.events():
+        if isinstance(event, Execute):
+            search.executed()
+        elif isinstance(event, Decided | Failed):
+            decisions += chronicle.note(event, 1.0)
+    assert sum(d.kind is DecisionKind.STEP for d in decisions) == 4
+    assert [d.kind for d in decisions if "z" in d.requests] == [DecisionKind.WAITS]
+
+
 def test_routine_choices_are_told_only_on_request() -> None:
     decisions = [d for d in urgent_arrives().decisions if "a" in d.requests]
     short = story(Record(request=request(), decisions=decisions))
