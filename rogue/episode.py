@@ -265,7 +265,10 @@ class Episode:
             del self._admitted[request_id]
             self._decisions.withdraw(request_id)
             ended = await self._store.request(request_id)
-            if ended is None or ended.state is RequestState.COMPLETED:
+            goal = self._switches.goal(errand(request))
+            if ended is None or (
+                ended.state is RequestState.COMPLETED and search.state.holds(goal)
+            ):
                 continue
             said = f"Request {ended.id} is {ended.state.value}: {ended.reason}"
             await self._conversation.tell_all([trace.remark(said), ""])

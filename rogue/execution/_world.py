@@ -43,10 +43,10 @@ class KnownWorld:
         return [hold for name, hold in self._holds.items() if self.is_held(name)]
 
     def waits(self, request: DeliveryRequest) -> Hold | None:
-        """Why an errand is not gone on with now: it, or another at its next room, is put off."""
-        own = self._holds.get(request.id)
-        if own is not None and self.is_held(request.id):
-            return own
+        """Why an errand is not gone on with now: something ails the room where it goes next.
+
+        One that is to go back meanwhile, or to another room, does not wait.
+        """
         room = next_room(request, self.facts.tray)
         return next((hold for hold in self.holds() if hold.room == room), None)
 

@@ -181,6 +181,21 @@ async def test_where_nobody_answers_the_robot_comes_back_later(scene: Scene):
     assert steps == ["goto-pickup-loc", *["acquire-item"] * 2, "goto-deliver-loc", "deliver-item"]
 
 
+@pytest.mark.parametrize("rules", list(Rules))
+async def test_what_somebody_else_has_done_is_left_and_the_rest_goes_on(scene: Scene, rules: Rules):
+    async def brought() -> None:
+        request = scene.book.find("a")
+        assert request is not None
+        await scene.book.end(request, RequestState.COMPLETED, "somebody else brought it")
+
+    scene.robot.events[0] = brought
+    lines = await scene.play(rules, make_request(), make_request("b", **FAX))
+    assert await scene.states() == {"a": "completed", "b": "completed"}
+    assert "          Request a is completed: somebody else brought it" in lines
+    done = [step.operator for step in await scene.store.steps_of("a") if step.state == "done"]
+    assert not any("mitchell" in step for step in done if not step.startswith("goto"))
+
+
 async def test_an_item_taken_on_the_way_is_fetched_again(scene: Scene):
     taken = ("mitchell", "delivermail")
     scene.robot.events[1] = lambda: scene.world.move_things(gone=[taken])

@@ -135,6 +135,16 @@ async def test_a_blocked_door_puts_off_all_who_need_that_room_next(store: Store)
     ]
 
 
+async def test_what_is_to_go_back_does_not_wait_for_the_room_where_it_was_to_go(store: Store):
+    at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")]))
+    await at.book.add(make_request(), None)
+    await at.execute("acquire-item", ["r-5303", *MAIL])
+    await at.execute("goto-deliver-loc", ["mitchell", "r-5313"])
+    assert at.executor.world.waits(await at.request("a"))
+    await at.book.give_up("a", RequestState.CANCELED, "not needed")
+    assert at.executor.world.waits(await at.request("a")) is None
+
+
 async def test_what_is_put_off_is_still_so_after_a_restart(tmp_path: Path):
     async with Store(tmp_path) as store:
         at = await scene(store, ScriptedRobot(drives=[failed("door_blocked")]))
