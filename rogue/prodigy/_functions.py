@@ -124,6 +124,7 @@ def _between(low: int, high: int, n: int | None = None) -> Iterable[Value]:
 BUILT_IN: Mapping[str, Function] = {
     "diff": operator.ne,
     "same": operator.eq,
+    "equal": operator.eq,
     "=": operator.eq,
     "/=": operator.ne,
     "<": operator.lt,

@@ -81,9 +81,12 @@ class World:
         known: tuple[Given, Given],
         unasked: list[tuple[Call, VariableSpec]],
     ) -> Iterator[dict[str, Value]]:
-        waiting = [(call, s) for call, s in unasked if not _is_ready(call, s, bindings)]
-        if not all(self.passes(*asked, bindings) for asked in unasked if asked not in waiting):
-            return
+        waiting: list[tuple[Call, VariableSpec]] = []
+        for call, asking in unasked:
+            if not _is_ready(call, asking, bindings):
+                waiting.append((call, asking))
+            elif not self.passes(call, asking, bindings):
+                return
         if not free:
             yield bindings
             return

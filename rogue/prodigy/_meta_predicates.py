@@ -10,6 +10,7 @@ from typing import NamedTuple
 from rogue.prodigy._domain import Operator
 from rogue.prodigy._errors import FunctionError, ProdigyError
 from rogue.prodigy._events import NodeView
+from rogue.prodigy._functions import Function
 from rogue.prodigy._instance import Instance
 from rogue.prodigy._patterns import (
     ListPattern,
@@ -247,6 +248,22 @@ BUILT_IN: Mapping[str, BuiltIn] = {
     "same": BuiltIn((Kind.TERM, Kind.TERM), _same),
 }
 """By name."""
+
+
+def ask_test(name: str, function: Function, q: Question) -> Iterator[RuleBindings]:
+    """Ask a function of the domain; it does not hold while an argument is not bound.
+
+    Raises:
+        FunctionError: If it raises.
+    """
+    arguments = tuple(resolved(q.pattern(at), q.bindings) for at in range(len(q.arguments)))
+    if any(isinstance(argument, Variable) for argument in arguments):
+        return
+    try:
+        holds = bool(function(*arguments))
+    except Exception as error:
+        raise FunctionError(name, arguments, f"raised {error!r}") from error
+    yield from q.if_so(holds)
 
 
 def ask_user(name: str, function: MetaPredicate, q: Question) -> Iterator[RuleBindings]:

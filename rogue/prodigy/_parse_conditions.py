@@ -9,14 +9,18 @@ from functools import partial
 from rogue.prodigy._conditions import Condition, all_of, any_of, asked, none_of
 from rogue.prodigy._domain import Operator
 from rogue.prodigy._forms import as_form, as_word, fail, first, head, is_variable, number, parts
+from rogue.prodigy._functions import Generator
 from rogue.prodigy._lisp import unquoted
-from rogue.prodigy._meta_predicates import BUILT_IN, Kind, MetaPredicate, ask_user
+from rogue.prodigy._meta_predicates import BUILT_IN, Kind, MetaPredicate, ask_test, ask_user
 from rogue.prodigy._parse_expression import NEGATIONS, Vocabulary
 from rogue.prodigy._parse_types import parse_type_spec
 from rogue.prodigy._patterns import BindingsPattern, ListPattern, OneOf, Pattern
 from rogue.prodigy._reader import Form, Node, Word
 from rogue.prodigy._terms import Term, Variable
 from rogue.prodigy._types import TypeSpec
+
+KNOWN = {"known", "true-in-state"}
+"""Meta-predicates of which the argument may join several literals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,16 +54,23 @@ class ConditionReader:
             arguments = tuple(self.argument(item, Kind.ANY) for item in form.items[1:])
             return asked(partial(ask_user, word, self.functions[word]), arguments)
         if word not in BUILT_IN:
-            fail(first(form), "a registered meta-predicate", (*BUILT_IN, *self.functions))
+            return self._test(form, word)
         kinds, answer = BUILT_IN[word]
         nodes = parts(form, len(kinds), len(kinds), f"{len(kinds)} arguments for {word}")
-        if kinds == (Kind.FACT,) and isinstance(nodes[0], Form) and head(nodes[0]) in {"and", "or"}:
-            each = [
-                self._asked(form.with_items((form.items[0], item)), word)
-                for item in nodes[0].items[1:]
-            ]
-            return all_of(each) if head(nodes[0]) == "and" else any_of(each)
+        inner = nodes[0] if nodes else None
+        if word in KNOWN and isinstance(inner, Form) and head(inner) in {"and", "or"}:
+            every = (form.with_items((form.items[0], item)) for item in inner.items[1:])
+            each = [self._asked(one, word) for one in every]
+            return all_of(each) if head(inner) == "and" else any_of(each)
         return asked(answer, tuple(map(self._argument, nodes, kinds)))
+
+    def _test(self, form: Form, word: str) -> Condition:
+        test = self.words.functions.get(word)
+        if test is None or isinstance(test, Generator):
+            known = (*BUILT_IN, *self.functions)
+            fail(first(form), "a registered meta-predicate or test", known)
+        arguments = tuple(self.argument(item, Kind.TERM) for item in form.items[1:])
+        return asked(partial(ask_test, word, test), arguments)
 
     def _argument(self, node: Node, kind: Kind) -> Pattern | TypeSpec:
         if kind is Kind.TYPE:
@@ -98,7 +109,7 @@ class ConditionReader:
     def _operator(self, node: Node) -> Pattern:
         if isinstance(node, Word):
             return self._named(node).name
-        return OneOf(tuple(self.argument(item, Kind.OPERATOR) for item in node.items))
+        return OneOf(tuple(self._named(item).name for item in node.items))
 
     def _named(self, node: Node) -> Operator:
         word = as_word(node, "an operator")

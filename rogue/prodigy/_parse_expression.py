@@ -80,13 +80,14 @@ class Vocabulary:
 
     def _check_infinite(self, word: Word, objects: Mapping[str, str]) -> None:
         """Fail unless ``word`` is of an infinite type, such as that of all symbols."""
+        raised = ""
         for kind, test in self.types.infinite.items():
             try:
                 if self.functions[test](word.text):
                     return
             except Exception as error:
-                fail(word, f"a value that {test} of {kind} can test; it raised {error!r}")
-        fail(word, "an object of the problem", objects)
+                raised = f", or a {kind}, for which {test} raised {error!r}"
+        fail(word, f"an object of the problem{raised}", objects)
 
     def atom(self, node: Node, scope: Scope, *, is_fact: bool = False) -> Atom:
         """Return a predicate with its terms; checks the number of arguments.

@@ -169,6 +169,8 @@ RED, BLUE, OPEN, SHUT = map(str, GOALS)
         ("(only-one-candidate-goal)", "select goal (open <p>)", []),
         ("(and (candidate-goal (at <b> <p>)) (diff <b> red))", "select goal (at <b> <p>)", [BLUE]),
         ("(diff <b> red)", "select goal (at <b> <p>)", []),
+        ("(and (candidate-goal (at <b> <p>)) (equal <b> red))", "select goal (at <b> <p>)", [RED]),
+        ("(equal <b> red)", "select goal (at <b> <p>)", []),
         ("(and (current-goal (at <b> <p>)) (same <c> <b>))", "select goal (at <c> <p>)", [RED]),
         ("(pending-goal (at <b> <p>))", "select goals ((at <b> <p>) (open yard))",
          [RED, BLUE, OPEN]),
@@ -376,6 +378,8 @@ def test_what_a_meta_predicate_binds_agrees_with_what_is_bound() -> None:
         ("(if (type-of-object <b> bx)) (then apply)", "did you mean box?"),
         ("(if (and)) (then prefer operator push)", "two candidates, the better one first, not 1"),
         ("(if (and)) (then apply now)", "nothing after apply"),
+        ("(if (increment <n> <m>)) (then apply)", "a registered meta-predicate or test"),
+        ("(if (candidate-operator (push <x>))) (then apply)", "found <x>, expected an operator"),
         ("(if (current-goal <g>)) (then reject operator <o>)", "or it would reject everything"),
         (
             "(if (and)) (then apply)) (CONTROL-RULE it (if (and)) (then apply)",

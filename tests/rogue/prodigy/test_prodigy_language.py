@@ -323,3 +323,19 @@ def test_types_that_cannot_be_are_refused(types: str, spec: str, message: str) -
         (operator see (preconds ((<x> {spec}))) (effects () (add (seen <x>))))"""
     with pytest.raises(PdlError, match=re.escape(message)):
         parse_domain(text)
+
+
+def test_a_type_of_which_the_test_raises_is_named_with_the_word() -> None:
+    text = "(infinite-type size #'is-small) (operator o (preconds () (p 1)) (effects () ()))"
+    domain = parse_domain(text, functions={"is-small": lambda value: value < 3})
+    with pytest.raises(PdlError, match="found ten, expected an object of the problem, or a size"):
+        parse_literal(
+            "(p ten)", domain, parse_problem("(create-problem (goal ()))", domain).objects
+        )
+
+
+def test_symbols_can_be_an_infinite_type() -> None:
+    text = """(infinite-type name #'symbolp)
+      (operator call (params <n>) (preconds ((<n> name)) ()) (effects () ((add (called <n>)))))"""
+    problem = parse_problem("(create-problem (goal (called rover)))", parse_domain(text))
+    assert [step.args for step in solve(problem).plan] == [("rover",)]

@@ -130,7 +130,7 @@ def domains(draw: st.DrawFn) -> Domain:
     return Domain("zoo", TREE, operators, {}, {}, CONSTANTS, inference_rules=rules)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(domains())
 def test_a_domain_is_read_back_as_it_was_written(domain: Domain) -> None:
     read = parse_domain(domain_text(domain))
