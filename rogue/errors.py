@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rogue.messages import End, Objection, Refusal
+from rogue.times import show_deadline, show_minute_after, show_time
 from tca_bus import TaskError, TcaError, did_you_mean, near_matches, near_or_all
 
 
@@ -129,6 +130,33 @@ class MomentError(RequestError):
             Refusal.BAD_TIME,
             f"since {text!r} cannot be read; expected {expected}",
             Objection(field="since", value=text, expected=expected),
+        )
+
+
+class TooLateError(RequestError):
+    """A deadline that cannot be met; ``earliest`` is when the errand can be done.
+
+    ``alone`` is when it could be done if there were nothing else to do.
+    """
+
+    exit_code = 7
+
+    def __init__(self, deadline: float, *, earliest: float, alone: float) -> None:
+        self.deadline, self.earliest, self.alone = deadline, earliest, alone
+        busy = alone <= deadline
+        why = "what was accepted before comes first" if busy else "the way alone takes that long"
+        when = f"{show_minute_after(earliest)} is the earliest"
+        expected = f"a later deadline, or --anyway to have it tried; {when}"
+        super().__init__(
+            Refusal.TOO_LATE,
+            f"deadline {show_time(deadline)} cannot be met: {why}, {when}; "
+            "name a later one, or --anyway to have it tried",
+            Objection(
+                field="deadline",
+                value=show_deadline(deadline),
+                expected=expected,
+                earliest=earliest,
+            ),
         )
 
 

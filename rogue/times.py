@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import datetime
 
 
@@ -9,6 +10,11 @@ def show_time(when: float) -> str:
     """A time as the papers' request messages have it: ``Oct 1 12:51``."""
     moment = datetime.fromtimestamp(when).astimezone()
     return f"{moment:%b} {moment.day} {moment:%H:%M}"
+
+
+def show_minute_after(when: float) -> str:
+    """The full minute in which something is over, as `show_time` has it."""
+    return show_time(math.ceil(when / 60.0) * 60.0)
 
 
 def show_deadline(when: float) -> str:

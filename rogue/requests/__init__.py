@@ -8,7 +8,6 @@ from rogue.requests._directory import Directory, load_directory
 from rogue.requests._entries import Person, read_entries
 from rogue.requests._finger import FingerServer, finger, finger_server
 from rogue.requests._intake import accept, draft, is_same_errand, refuse_duplicate
-from rogue.requests._lateness import TooLateError
 from rogue.requests._outlook import Outlook
 from rogue.requests._pace import at_pace
 from rogue.requests._plan_file import PlanFile, read_plan
@@ -28,7 +27,6 @@ __all__ = [
     "Questions",
     "Reception",
     "RequestBook",
-    "TooLateError",
     "accept",
     "at_pace",
     "draft",

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Awaitable, Callable, Iterable
 
 from rogue.errands import Travel
+from rogue.errors import TooLateError
 from rogue.memory import Store
 from rogue.messages import DeliveryRequest, Filled
 from rogue.requests._book import RequestBook
-from rogue.requests._lateness import TooLateError, warnings
+from rogue.requests._lateness import warnings
 from rogue.requests._outlook import Outlook
 from rogue.requests._pace import at_pace
 from tca_bus import Module
@@ -70,7 +72,8 @@ class Prospects:
         others = self._book.open_requests()
         travel = await self._pace()
         promise = self._outlook.promise(request, others, travel=travel, facts=facts, now=now)
-        if promise.can_be_kept:
+        if promise.can_be_kept or not math.isfinite(promise.earliest):
+            # What cannot be told is no reason to refuse.
             return request, filled
         if not any(one.slot == "deadline" and one.source == "default" for one in filled):
             raise TooLateError(request.deadline, earliest=promise.earliest, alone=promise.alone)

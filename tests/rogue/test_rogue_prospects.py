@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from rogue_fakes import FakeModule, make_request, prospects
 
+from rogue.errors import TooLateError
 from rogue.memory import Store
 from rogue.messages import Closing, DeliveryRequest, Filled, RequestState
 from rogue.outcomes import StepOutcome
-from rogue.requests import Prospects, RequestBook, TooLateError, load_directory
+from rogue.requests import Prospects, RequestBook, load_directory
 
 NOW = 1000.0
 DEFAULT = (Filled(slot="deadline", value="1h", source="default"),)
