@@ -34,17 +34,17 @@ class Budget:
         """Begin another step."""
         self._left = self.most
 
-    def spend(self) -> None:
-        """Count one value.
+    def spend(self, count: int = 1) -> None:
+        """Count ``count`` values.
 
         Raises:
             TooManyValuesError: If it is one too many.
             OutOfTimeError: If the time is up.
         """
-        self._left -= 1
+        self._left -= count
         if self._left < 0:
             raise TooManyValuesError(self.most)
-        self._until_look -= 1
+        self._until_look -= count
         if self._until_look <= 0:
             self._until_look = _TICKS
             if self._is_late():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from rogue.prodigy._choose import Chooser
 from rogue.prodigy._control import Filtered, filter_candidates
@@ -141,7 +141,7 @@ class Expander:
         if loop is not None:
             return Failure(node, f"goal loop with node {loop.number}", structural=True)
         try:
-            made = tuple(instances_for(node.operator, node.goal, world))
+            made = tuple(self._bounded(instances_for(node.operator, node.goal, world)))
         except TooManyValuesError as error:
             limit = Limit(LimitKind.BINDINGS, error.most)
             return Failure(node, f"more than {error.most} bindings to try", limit=limit)
@@ -159,6 +159,12 @@ class Expander:
             holds = world.state.holds
             instances.sort(key=lambda i: sum(not holds(p) for p in i.preconditions))
         return Filtered(tuple(instances), filtered.fired)
+
+    def _bounded(self, instances: Iterable[Instance]) -> Iterator[Instance]:
+        """Yield instances, whose values and literals count as those that are only tried."""
+        for instance in instances:
+            self._tree.budget.spend(len(instance.bindings) + len(instance.preconditions))
+            yield instance
 
     def _check_binding(self, node: Node) -> Failure | None:
         for literal in node.situation.lacks(node):

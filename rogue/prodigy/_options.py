@@ -70,7 +70,8 @@ class SearchOptions:
         max_nodes: Most nodes that may be made; None for no bound.
         max_held: Most nodes, trace lines and decisions held in memory. What was executed long
             ago is let go first; a search that needs more than that gives up.
-        max_bindings: Most values tried in one step, as in binding one operator for one goal.
+        max_bindings: Most values tried in one step, as in binding one operator for one goal, with
+            all values and literals of the bindings found.
         time_limit: Seconds on ``clock``; None for no bound.
         proof_states: Most states looked at to prove a problem unsolvable.
         clock: Monotonic seconds.
@@ -89,7 +90,7 @@ class SearchOptions:
     depth_bound: int | None = 200
     max_nodes: int | None = 20_000
     max_held: int = 200_000
-    max_bindings: int = 2_000_000
+    max_bindings: int = 500_000
     time_limit: float | None = 60.0
     proof_states: int = 20_000
     clock: Callable[[], float] = time.monotonic

@@ -18,8 +18,8 @@ from rogue.prodigy._instances import all_instances
 from rogue.prodigy._state import State
 from rogue.prodigy._terms import Literal
 
-MOST_INSTANCES = 20_000
-"""Instances of operators that are looked at before the proof is given up."""
+MOST_GROUNDED = 150_000
+"""Values and literals of instances that are looked at before the proof is given up."""
 CHECKS_A_STATE = 50
 """Instances checked per state of the budget, on average."""
 
@@ -92,6 +92,8 @@ def prove_unsolvable(
         hopeless = tuple(dict.fromkeys(goal for goals in missed for goal in goals))
         named = ", ".join(map(str, hopeless))
         return Proof(True, f"proved unsolvable: nothing can bring about {named}", hopeless)
+    if not states:
+        return Proof(False, "whether there is a plan is not known")
     return _exhaustive(world, goal_sets, states, inference, inferred)
 
 
@@ -140,8 +142,8 @@ def _ground(operators: Iterable[Operator], world: World) -> Iterator[Instance]:
     made = 0
     for operator in operators:
         for instance in all_instances(operator, world):
-            made += 1
-            if made > MOST_INSTANCES:
+            made += 1 + len(instance.bindings) + len(instance.preconditions)
+            if made > MOST_GROUNDED:
                 raise _OutOfBudgetError
             yield instance
 

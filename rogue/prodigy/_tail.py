@@ -114,7 +114,8 @@ class Tail:
             node = self._situation.tail.get(candidate.node)
             return self._goals_above([node] if node is not None else [])
         above = {candidate, *self._goals_above(self._situation.needed.get(candidate, ()))}
-        return [goal for goal in self._lacking_goals if goal in above]
+        places = self._lacking_goals
+        return sorted((goal for goal in above if goal in places), key=places.__getitem__)
 
     @cached_property
     def _lacking_goals(self) -> dict[Literal, int]:
