@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 
 from rogue.errands._agenda import GOALS, Agenda, key_of, robot_room, thing_of
@@ -29,6 +29,11 @@ class Outlook:
     errands: tuple[OpenErrand, ...]
     selected: Selected
     tour: Tour
+
+    @property
+    def all_are_top(self) -> bool:
+        """Whether no errand is put off, nor served only because it is on the way."""
+        return len(self.selected.top) == len(self.errands)
 
     @property
     def put_aside(self) -> frozenset[tuple[str, str]]:
@@ -91,13 +96,12 @@ class Advice:
 
     def ancestor_is_top_priority_goal(self, view: SearchView, goal: Literal) -> bool:
         """Whether a goal is one of the most urgent errands, or needed for it."""
-        top = self.outlook(view).selected.top
-        return any(key_of(*g.args) in top for g in view.top_level_goals(goal))
+        outlook = self.outlook(view)
+        return outlook.all_are_top or _is_for(view, goal, outlook.selected.top)
 
     def compatible_with_top_priority_goal(self, view: SearchView, goal: Literal) -> bool:
         """Whether a goal is needed for an errand that lies on the way of the most urgent ones."""
-        compatible = self.outlook(view).selected.compatible
-        return any(key_of(*g.args) in compatible for g in view.top_level_goals(goal))
+        return _is_for(view, goal, self.outlook(view).selected.compatible)
 
     def is_much_left_to_plan(self, view: SearchView) -> bool:
         """Whether more errands than `AT_ONCE` are not planned yet."""
@@ -106,9 +110,7 @@ class Advice:
     def is_for_next_stop(self, view: SearchView, goal: Literal) -> bool:
         """Whether a goal is needed for the errand of the tour's next stop."""
         stops = self.outlook(view).tour.stops
-        return bool(stops) and any(
-            key_of(*g.args) == stops[0].key for g in view.top_level_goals(goal)
-        )
+        return bool(stops) and _is_for(view, goal, {stops[0].key})
 
     def is_next_stop_ready(self, view: SearchView) -> bool:
         """Whether something that can be done now leads to the tour's next stop."""
@@ -118,8 +120,8 @@ class Advice:
 
     def is_served_now(self, view: SearchView, operator: Instance) -> bool:
         """Whether an operator is for an errand that is not put off."""
-        selected = self.outlook(view).selected
-        return any(key_of(*g.args) in selected for g in view.top_level_goals(operator))
+        outlook = self.outlook(view)
+        return outlook.all_are_top or _is_for(view, operator, outlook.selected)
 
     def is_premature_goto(self, view: SearchView, operator: Instance) -> bool:
         """Whether all that need the GOTO's room lack more than being there."""
@@ -168,6 +170,10 @@ class Advice:
             if found:
                 return found
         return frozenset()
+
+
+def _is_for(view: SearchView, it: Literal | Instance, keys: Container[str]) -> bool:
+    return any(key_of(*goal.args) in keys for goal in view.top_level_goals(it))
 
 
 def _leads_to(operator: Instance, stop: Stop, here: str | None) -> bool:

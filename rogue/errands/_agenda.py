@@ -13,7 +13,7 @@ from rogue.prodigy import SearchView
 NEARBY = 12.0
 """Metres of detour that less urgent errands may cost the urgent ones, all together."""
 
-MARGIN = 5.0
+MARGIN = 6.0
 """How much less urgent than the most urgent an errand may be without being put off for it."""
 
 

@@ -40,7 +40,7 @@ class RankSum:
     at the deadline.
     """
 
-    most: float = 6.0
+    most: float = 8.0
     within: float = 1800.0
 
     def __call__(self, claim: Claim, now: float) -> float:

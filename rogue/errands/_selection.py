@@ -25,7 +25,7 @@ class Selected:
     top: frozenset[str] = frozenset()
     compatible: frozenset[str] = frozenset()
 
-    def __contains__(self, key: str) -> bool:
+    def __contains__(self, key: object) -> bool:
         return key in self.top or key in self.compatible
 
 

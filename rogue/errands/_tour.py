@@ -52,9 +52,9 @@ class Travel:
     """How the robot gets about, and what its user wants of a tour.
 
     The cost of a tour is ``T + sum of w_e * C_e``: ``T`` is the seconds until the last stop is
-    done, ``C_e`` those until errand ``e`` is delivered, and ``w_e = haste + urgency * (rank_e -
-    lowest rank)``. Equal ranks and no haste give the shortest way. An errand delivered after
-    its deadline costs ``MISSED * (1 + w_e)`` more.
+    done, ``C_e`` those until errand ``e`` is delivered, and ``w_e = haste / number of errands +
+    urgency * (rank_e - lowest rank)``. Equal ranks and no haste give the shortest way. An errand
+    delivered after its deadline costs ``MISSED * (1 + w_e)`` more.
 
     Attributes:
         distance: Metres between two rooms.
@@ -62,15 +62,15 @@ class Travel:
         handling: Seconds at each stop.
         capacity: Items that the tray holds; None for any number.
         urgency: Weight of each rank above the lowest.
-        haste: Weight of every errand.
+        haste: Weight of all errands together, besides that of their ranks.
     """
 
     distance: Distance
     speed: float = 0.4
     handling: float = 30.0
     capacity: int | None = None
-    urgency: float = 0.1
-    haste: float = 0.05
+    urgency: float = 0.05
+    haste: float = 0.6
 
     def __post_init__(self) -> None:
         for name in ("speed", "capacity"):
@@ -189,7 +189,7 @@ class Setting:
             now,
             metres,
             metres / travel.speed + travel.handling,
-            travel.haste + travel.urgency * (ranks - ranks.min()),
+            travel.haste / len(listed) + travel.urgency * (ranks - ranks.min()),
             np.array([e.deadline for e in listed]),
             len(listed) if travel.capacity is None else travel.capacity,
         )

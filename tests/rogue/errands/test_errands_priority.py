@@ -37,7 +37,7 @@ class Constant:
 
 
 @pytest.mark.parametrize(
-    ("now", "priority"), [(-9000.0, 5.0), (-800.0, 5.0), (100.0, 8.0), (1000.0, 11.0), (1e6, 11.0)]
+    ("now", "priority"), [(-9000.0, 5.0), (-800.0, 5.0), (100.0, 9.0), (1000.0, 13.0), (1e6, 13.0)]
 )
 def test_priority_is_the_sum_of_three_ranks(now: float, priority: float):
     assert RankSum()(CLAIM, now) == pytest.approx(priority)
