@@ -168,7 +168,9 @@ class _Attempts:
         if result.status is not Status.LIMIT:
             return replace(result, limit=limit)
         more = f"; {self._proof.reason}" if self._proof is not None else ""
-        return replace(result, limit=limit, reason=f"{limit}{more}")
+        reason = f"{limit}{more}"
+        trace = (*result.trace[:-1], reason) if result.trace else ()
+        return replace(result, limit=limit, reason=reason, trace=trace)
 
     def _value_of(self, limit: Limit) -> float:
         """Return the value of a bound that the attempts share."""

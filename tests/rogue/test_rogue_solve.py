@@ -104,7 +104,7 @@ def test_no_plan_and_a_limit_are_told_apart(run) -> None:
     assert out.splitlines()[1].startswith("unsolvable: ")
     code, out, _ = run(*pair("blocks-sussman"), "--level", 1, "--nodes", 12)
     assert code == 1
-    assert out.splitlines()[0].startswith("gave up after 12 nodes")
+    assert out.splitlines()[0] == "gave up after 12 nodes; there is a plan"
     assert out.splitlines()[1].startswith("limit: 12 nodes")
 
 
