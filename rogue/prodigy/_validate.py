@@ -34,7 +34,7 @@ def validate_plan(problem: Problem, plan: Iterable[StepView]) -> PlanFault | Non
         operator = problem.domain.operator(step.operator)
         if operator is None:
             return PlanFault(at, f"no operator named {step.operator}")
-        own = {spec.name for spec in operator.variables}
+        own = _chosen(problem, operator)
         bindings = {name: value for name, value in step.bindings if name in own}
         wrong = _wrong_value(problem, world.facts, operator, bindings)
         if wrong:
@@ -46,6 +46,14 @@ def validate_plan(problem: Problem, plan: Iterable[StepView]) -> PlanFault | Non
     if any(holds(problem, world.facts, problem.goal, case) for case in variables):
         return None
     return PlanFault(len(steps), "the goal is not reached")
+
+
+def _chosen(problem: Problem, operator: Operator) -> set[str]:
+    """Return the variables that a step binds; the others of its effects range over all."""
+    infinite = problem.domain.types.infinite
+    local = (spec for effect in operator.effects for spec in effect.variables)
+    numbers = {spec.name for spec in local if any(name in infinite for name in spec.types.names)}
+    return {spec.name for spec in operator.variables} | set(operator.params) | numbers
 
 
 def _wrong_value(

@@ -23,6 +23,7 @@ from rogue.prodigy import (
     parse_domain,
     parse_problem,
     solve,
+    validate_plan,
 )
 from rogue.prodigy._expressions import (
     And,
@@ -217,6 +218,21 @@ def test_variables_of_effects_range_over_all_objects_whatever_the_goal() -> None
     assert result.plan[0].bindings == ()
     problem = rooms("(open a) (next a b) (next a c)", "(and (warm b) (warm c))")
     assert [str(step) for step in solve(problem).plan] == ["<CLOSE A>"]
+
+
+def test_parameters_of_effects_have_the_value_that_the_goal_gives() -> None:
+    punch = """(ptype-of side :top-type) (infinite-type size #'numberp)
+    (OPERATOR punch (params <w> <s>)
+      (preconds () (cold))
+      (effects ((<w> size) (<s> side)) ((add (hole <w> <s>)) (add (rough <s>)))))"""
+    text = "(create-problem (objects (left right side)) (state (cold)) (goal (hole 5 left)))"
+    problem = parse_problem(text, parse_domain(punch))
+    result = solve(problem)
+    assert [str(step) for step in result.plan] == ["<PUNCH 5 LEFT>"]
+    assert validate_plan(problem, result.plan) is None
+    goals = "(and (hole 5 left) (hole 5 right))"
+    both = parse_problem(text.replace("(hole 5 left)", goals), problem.domain)
+    assert len(solve(both).plan) == 2
 
 
 def test_a_number_without_generator_comes_from_goal_or_facts() -> None:
