@@ -42,8 +42,10 @@ parts = st.one_of(
         lambda items: joined("or", items)
     )
 )  # fmt: skip
-conditions = st.lists(parts, max_size=3).map(lambda items: joined("and", items))
-changes = st.builds(lambda word, fact: f"({word} {fact})", st.sampled_from(("add", "del")), made)
+conditions = st.lists(parts, min_size=1, max_size=2).map(lambda items: joined("and", items))
+changes = st.builds(
+    lambda word, fact: f"({word} {fact})", st.sampled_from(("add", "add", "del")), made
+)
 conditional = st.builds(lambda test, change: f"(if {test} ({change}))", literals, changes)
 universal = st.builds(
     lambda test, word, name: f"(forall ((<z> thing)) {test} (({word} ({name} <z>))))",
@@ -73,14 +75,15 @@ goals = st.lists(
         lambda name, thing, sign: sign(f"({name} {thing})"),
         st.sampled_from(MADE + INFERRED),
         st.sampled_from(OBJECTS),
-        st.sampled_from((str, str, negation)),
+        st.sampled_from((str, str, str, negation)),
     ),
-    min_size=1,
-    max_size=2,
+    min_size=2,
+    max_size=4,
+    unique=True,
 )
 starts = st.lists(
     st.builds(lambda n, o: f"({n} {o})", st.sampled_from(MADE), st.sampled_from(OBJECTS)),
-    max_size=4,
+    max_size=2,
 )
 
 
@@ -116,7 +119,7 @@ class Texts:
 
 texts = st.builds(
     Texts,
-    st.lists(operators(), min_size=1, max_size=3).map(tuple),
+    st.lists(operators(), min_size=4, max_size=6).map(tuple),
     rules(),
     starts.map(tuple),
     goals.map(tuple),
