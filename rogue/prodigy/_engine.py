@@ -46,6 +46,9 @@ _EARLIER = {
 }
 """Levels before the depth bound at which a node cannot be applied in time any more."""
 
+MOST_DECISIONS = 20_000
+"""Decisions held at most; each lists all its alternatives."""
+
 Facts = tuple[Literal, ...]
 
 
@@ -75,7 +78,7 @@ class Engine:
         self.trace = Trace(options.level, options.max_held)
         self.handlers = Handlers()
         self.solutions = known or SolutionFilter(options)
-        self.decided: deque[Decided] = deque(maxlen=options.max_held)
+        self.decided: deque[Decided] = deque(maxlen=min(options.max_held, MOST_DECISIONS))
         self.done: deque[StepView] = deque(maxlen=options.max_held)
         self.awaiting: Node | None = None
         self.cut: Limit | None = None
@@ -258,6 +261,7 @@ class Engine:
         """Correct the state by the outcome of the executing action; it is committed now."""
         node = self.awaiting
         assert node is not None
+        self.tree.budget.renew()
         added, deleted = self._predicted if outcome is None else outcome
         succession = self.tree.next_situation
         unforeseen = (set(added), set(deleted)) != tuple(map(set, self._predicted))
@@ -293,6 +297,7 @@ class Engine:
 
     def _integrate(self) -> None:
         for added, deleted, goals, dropped in self._queue:
+            self.tree.budget.renew()
             self.tree.change_goals(goals, dropped)
             self.tree.next_situation.change(added, deleted, executing=self.awaiting is not None)
             self._changed = True

@@ -204,7 +204,10 @@ class Search:
 
     @property
     def decisions(self) -> tuple[Decided, ...]:
-        """Every decision so far, with its alternatives and the rule that decided it."""
+        """The decisions so far, with their alternatives and the rules that decided them.
+
+        The newest 20,000 of them, or ``max_held`` if that is less.
+        """
         return tuple(self._engine.decided)
 
     @property

@@ -108,6 +108,7 @@ class Draft:
         self._past = start.past
         self._finish = start.finish
         self._live = start.view.live
+        start.view.release()
         self._left: list[Literal] = []
         self._is_cut = False
         self._expanded = start.expanded.mutate()

@@ -35,6 +35,12 @@ class Tail:
         """The node of *finish*."""
         return self._situation.finish
 
+    def release(self) -> None:
+        """Let go what can be worked out again; what is known to matter is kept."""
+        for name in ("_pending", "_ready", "_lacking_goals", "newest"):
+            self.__dict__.pop(name, None)
+        self._dangling = set()
+
     def _waiting_for(self, node: Node) -> tuple[Node, ...]:
         """Return the operators that need the goal of ``node`` while that is false."""
         situation, goal = self._situation, node.goal
