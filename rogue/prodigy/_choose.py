@@ -27,9 +27,11 @@ class Chooser:
         self._tree = tree
         self._decider = decider
         self._mode = options.mode
-        self._protects = options.protection
         self._levels = AbstractionLevels(tree.domain) if options.use_abs_level else None
-        self._has_decide_rules = any(isinstance(r, DecideRule) for r in decider.rules.rules)
+        decisions = [r for r in decider.rules.rules if isinstance(r, DecideRule)]
+        self._has_decide_rules = bool(decisions)
+        self._has_protect_rules = any(r.action is Action.PROTECT for r in decisions)
+        self._protects = options.protection or self._has_protect_rules
 
     def choose(self, node: Node) -> Node | Failure | None:
         """Make a child of ``node``; None when an older node has nothing left to try."""
@@ -45,9 +47,13 @@ class Chooser:
             reason = goals.explained(operators.explained("no pending goals"))
             child = self._protect(node) if self._protects else None
             return child or (None if node.children else Failure(node, reason))
-        if self._is_subgoal(node, can_apply=bool(ready), can_subgoal=bool(goals.candidates)):
-            return self._subgoal(node, pending, goals, can_apply=bool(ready))
-        return self._apply(node, ready, operators, can_subgoal=bool(goals.candidates))
+        can_apply, can_subgoal = bool(ready), bool(goals.candidates)
+        ruled = self._ruled(node, can_apply=can_apply, can_subgoal=can_subgoal)
+        if ruled is Action.PROTECT and (child := self._protect(node)) is not None:
+            return child
+        if self._is_subgoal(ruled, can_apply=can_apply, can_subgoal=can_subgoal):
+            return self._subgoal(node, pending, goals, can_apply=can_apply)
+        return self._apply(node, ready, operators, can_subgoal=can_subgoal)
 
     def is_spent(self, node: Node) -> bool:
         """Say whether a node at which something may be left to try has nothing left."""
@@ -86,13 +92,21 @@ class Chooser:
             return ready
         return [n for n in ready if n is tail.newest]
 
-    def _is_subgoal(self, node: Node, *, can_apply: bool, can_subgoal: bool) -> bool:
+    def _ruled(self, node: Node, *, can_apply: bool, can_subgoal: bool) -> Action | None:
+        """Return what a rule says to do here, None if none speaks."""
+        if not can_apply or not (can_subgoal or self._has_protect_rules):
+            return None
+        ruled = decide(self._decider.rules, self._decider.view(node))
+        if ruled is None or not (can_subgoal or ruled[0] is Action.PROTECT):
+            return None
+        self._decider.note_decided(node, *ruled)
+        return ruled[0]
+
+    def _is_subgoal(self, ruled: Action | None, *, can_apply: bool, can_subgoal: bool) -> bool:
         if not (can_apply and can_subgoal):
             return can_subgoal
-        ruled = decide(self._decider.rules, self._decider.view(node))
-        if ruled is not None:
-            self._decider.note_decided(node, *ruled)
-            return ruled[0] is Action.SUB_GOAL
+        if ruled in {Action.SUB_GOAL, Action.APPLY}:
+            return ruled is Action.SUB_GOAL
         return self._mode is Mode.SABA
 
     def _subgoal(self, node: Node, pending: Pending, goals: Filtered, *, can_apply: bool) -> Node:

@@ -83,10 +83,10 @@ class Decider:
 
     def note_decided(self, node: Node, action: Action, rule: str) -> None:
         """Note that a rule decided between sub-goaling and applying at ``node``."""
-        both = (Action.SUB_GOAL.value, Action.APPLY.value)
+        ways = (Action.SUB_GOAL.value, Action.APPLY.value, Action.PROTECT.value)
         fired = (RuleFired(rule, action.value, ()),)
         self.decisions.append(
-            Decided(Choice.DECIDE, node.number, None, action.value, both, rule, fired)
+            Decided(Choice.DECIDE, node.number, None, action.value, ways, rule, fired)
         )
 
     def note_protection(self, node: Node, child: Node, ways: tuple[str, ...]) -> None:

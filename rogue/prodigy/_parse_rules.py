@@ -24,7 +24,7 @@ CHOICES = {
     "bindings": (Choice.BINDINGS, Kind.BINDINGS),
     "applied-op": (Choice.APPLIED_OP, Kind.INSTANCE),
 }
-ACTIONS = ("select", "reject", "prefer", "sub-goal", "apply")
+ACTIONS = ("select", "reject", "prefer", "sub-goal", "apply", "protect")
 AnyRule = Rule | PreferRule | DecideRule
 
 
@@ -70,7 +70,7 @@ def _consequence(
     action = as_word(words[0], "an action")
     if action.text not in ACTIONS:
         fail(action, "one of " + ", ".join(ACTIONS), ACTIONS)
-    if action.text in {"sub-goal", "apply"}:
+    if action.text in {"sub-goal", "apply", "protect"}:
         parts(form, 1, 1, f"nothing after {action.text}")
         return written_decision(name, Action(action.text), when)
     count = "two candidates" if action.text == "prefer" else "candidates"

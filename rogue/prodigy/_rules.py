@@ -26,6 +26,7 @@ class Action(StrEnum):
     REJECT = "reject"
     SUB_GOAL = "sub-goal"
     APPLY = "apply"
+    PROTECT = "protect"
     PREFER = "prefer"
 
 
@@ -80,7 +81,11 @@ class PreferRule:
 
 @dataclass(frozen=True, slots=True)
 class DecideRule:
-    """A rule between sub-goaling and applying, asked when both are possible."""
+    """A rule between sub-goaling and applying, asked when both are possible.
+
+    One that says PROTECT is asked wherever an operator can be applied: if its effects would undo
+    what others need, the conditions of those effects are made false first.
+    """
 
     name: str
     action: Action

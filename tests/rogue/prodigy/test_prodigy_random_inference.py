@@ -9,7 +9,7 @@ from prodigy_random_domains import Texts, reachable, texts
 from rogue.prodigy import Mode, SearchOptions, Status, solve, validate_plan
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=35, deadline=None)
 @given(texts, st.sampled_from(Mode), st.booleans())
 def test_plans_are_valid_and_unsolvable_is_true(case: Texts, mode: Mode, switch: bool) -> None:
     problem = case.problem()

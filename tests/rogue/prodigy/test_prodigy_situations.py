@@ -78,7 +78,7 @@ def test_situations_are_what_they_would_be_if_worked_out_anew(
     assert search.result is not None
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(texts)
 def test_both_modes_agree_whether_there_is_a_plan(case: Texts) -> None:
     problem = case.problem()

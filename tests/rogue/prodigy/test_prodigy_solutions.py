@@ -118,6 +118,23 @@ def test_protection_makes_a_harmful_condition_false_first(mode: Mode) -> None:
     assert any(kept.text in line for line in search.trace)
 
 
+def test_a_rule_may_ask_for_protection_before_anything_is_harmed() -> None:
+    text = CARPET + "(CONTROL-RULE careful (if (applicable-operator <op>)) (then protect))"
+    plain = carpet()
+    problem = Problem.build(
+        parse_domain(text),
+        objects={},
+        facts=plain.state.facts(),
+        goals=[Literal("down"), Literal("whole")],
+    )
+    search = Search(problem, SearchOptions(level=3))
+    list(search.events())
+    assert search.result is not None
+    assert [step.operator for step in search.result.plan] == ["lay", "drop"]
+    assert "    Firing protect rule careful" in search.trace
+    assert not any(node.failure for node in search.nodes())
+
+
 def test_node_rules_take_part_in_choosing_the_next_node() -> None:
     def older(_view: object, one: object, other: object) -> bool:
         assert isinstance(one, NodeView)
