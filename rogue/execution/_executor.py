@@ -147,6 +147,7 @@ class Executor:
         done, failed = RequestState.COMPLETED, RequestState.FAILED
         changed = [self._book.as_ended(r, done, None, facts) for r in verdict.done]
         changed += [self._book.as_given_up(r, failed, why, facts) for r, why in verdict.hopeless]
+        changed += [self._book.as_closed(r, facts) for r in verdict.closed]
         changed += verdict.moved
         changed += [self._book.as_put_off(r) for r in self._found(h.request for h in verdict.holds)]
         now, holds = self._module.clock.now(), verdict.holds

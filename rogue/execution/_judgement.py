@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rogue.execution._operators import TAKING, room_of, thing
+from rogue.execution._operators import ACQUIRE, TAKING, room_of, thing
 from rogue.execution._patience import Patience
 from rogue.memory import Facts, Hold, PastStep, Step
 from rogue.messages import DeliveryRequest
@@ -43,13 +43,15 @@ class Verdict:
     """What becomes of the requests of a step.
 
     ``done`` are delivered; ``hopeless`` have a reason each; ``moved`` are to go on in another
-    room; ``holds`` are put off.
+    room; ``holds`` are put off; ``closed`` were given up while their items were to be put on the
+    tray, and never were.
     """
 
     done: list[DeliveryRequest] = field(default_factory=list)
     hopeless: list[tuple[DeliveryRequest, str]] = field(default_factory=list)
     moved: list[DeliveryRequest] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
+    closed: list[DeliveryRequest] = field(default_factory=list)
 
 
 def judge(case: Case, patience: Patience) -> Verdict:
@@ -67,7 +69,10 @@ def judge(case: Case, patience: Patience) -> Verdict:
 
 def _judge_one(case: Case, request: DeliveryRequest, patience: Patience, verdict: Verdict) -> None:
     outcome = case.outcome
-    if outcome.trouble is Trouble.UNWANTED:
+    if outcome.trouble is Trouble.UNWANTED or _turned_round(case, request):
+        return
+    if request.closing is not None and case.step.operator == ACQUIRE:
+        verdict.closed.append(request)
         return
     times = 1 + _times_before(case, request)
     reason = outcome.reason or "it could not be done"
@@ -83,6 +88,12 @@ def _judge_one(case: Case, request: DeliveryRequest, patience: Patience, verdict
     else:
         counted = f", {times} times" if times > 1 else ""
         verdict.hopeless.append((request, f"{reason}{counted}"))
+
+
+def _turned_round(case: Case, request: DeliveryRequest) -> bool:
+    """Whether the item is on its way back already, so that what failed is of no account."""
+    carried = thing(request) in case.facts.tray and thing(request) not in case.outcome.gone
+    return request.closing is not None and carried and room_of(case.step) != request.destination
 
 
 def _times_before(case: Case, request: DeliveryRequest) -> int:

@@ -122,13 +122,17 @@ class KeptRequests:
 async def write_change(
     link: aiosqlite.Connection, request: DeliveryRequest, note: str | None
 ) -> bool:
-    """Write state, end and reason of a request, unless it has ended; says whether it did so."""
+    """Write state, end and reason of a request, unless it has ended; says whether it did so.
+
+    A note is of the time at which the request ended, or began to close.
+    """
     state = request.state
     values = (state.value, request.finished, request.reason, state.is_final, request.id)
     cursor = await link.execute(_CHANGE, values)
     changed = cursor.rowcount > 0
     if changed and note:
-        await write_note(link, request.id, request.finished or request.posted, note)
+        since = request.closing.since if request.closing else request.posted
+        await write_note(link, request.id, request.finished or since, note)
     return changed
 
 

@@ -102,6 +102,11 @@ class RequestBook:
         waits = closes(request, closing, "back", facts, None) if request.closing is None else None
         return waits or self.as_ended(request, state, reason, facts)
 
+    def as_closed(self, request: DeliveryRequest, facts: Facts) -> DeliveryRequest:
+        """A closing request as it is once there is nothing to wait for: it ends as was decided."""
+        assert request.closing is not None
+        return self.as_ended(request, request.closing.state, request.closing.reason, facts)
+
     def as_put_off(self, request: DeliveryRequest) -> DeliveryRequest:
         """The request as it is while it waits for a better time."""
         begun = request.state is RequestState.UNDERWAY

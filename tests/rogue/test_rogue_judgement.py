@@ -14,6 +14,7 @@ MAIL = ("mitchell", "delivermail")
 PATIENCE = Patience(later=600.0, returns=2)
 ACQUIRE = ("acquire-item", ("r-5303", *MAIL))
 DELIVER = ("deliver-item", ("r-5313", *MAIL))
+RETURN = ("return-item", ("r-5303", *MAIL))
 GOTO = ("goto-pickup-loc", ("mitchell", "r-5303"))
 CLOSING = Closing(state=RequestState.CANCELED, reason="not needed", since=1.0)
 
@@ -76,7 +77,8 @@ def test_nothing_is_put_off_beyond_its_deadline():
 
 def test_what_is_to_go_back_has_no_deadline_any_more():
     request = make_request(then="back", closing=CLOSING)
-    found = verdict(ACQUIRE, failing(Trouble.NOBODY), request=request, now=9999.0)
+    silence = failing(Trouble.NOBODY)
+    found = verdict(RETURN, silence, request=request, now=9999.0, tray=frozenset({MAIL}))
     assert found.holds
 
 
@@ -110,8 +112,20 @@ def test_where_nobody_comes_in_another_room_is_tried_in_the_end():
 
 def test_what_is_to_go_back_goes_to_no_other_room():
     request = make_request(then="back", closing=CLOSING)
-    found = verdict(DELIVER, failing(Trouble.IMPOSSIBLE), request=request, rooms=("r-5305",))
+    found = verdict(RETURN, failing(Trouble.IMPOSSIBLE), request=request, rooms=("r-5305",))
     assert hopeless(found) == ["why"]
+
+
+def test_what_was_given_up_before_its_item_came_onto_the_tray_ends_as_was_decided():
+    request = make_request(then="back", closing=CLOSING)
+    assert verdict(ACQUIRE, failing(Trouble.NOBODY), request=request) == Verdict(closed=[request])
+
+
+def test_a_delivery_that_fails_when_the_item_is_to_go_back_is_of_no_account():
+    request = make_request(then="back", closing=CLOSING)
+    tray = frozenset({MAIL})
+    silence = failing(Trouble.NOBODY)
+    assert verdict(DELIVER, silence, request=request, times_before=9, tray=tray) == Verdict()
 
 
 def test_what_the_robot_is_unable_to_do_is_not_tried_elsewhere():
