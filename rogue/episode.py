@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 from collections.abc import Collection, Coroutine, Iterable, Mapping, Sequence
 
@@ -188,10 +187,18 @@ class Episode:
         try:
             return await work
         finally:
+            await self._close_to_arrivals(arrivals)
+
+    async def _close_to_arrivals(self, arrivals: asyncio.Task[None]) -> None:
+        """End taking in requests, but none halfway."""
+        try:
             async with self._admitting:
-                arrivals.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await arrivals
+                pass
+        finally:
+            arrivals.cancel()
+        await asyncio.wait([arrivals])
+        if not arrivals.cancelled():
+            arrivals.result()
 
     async def _take_in_arrivals(self, search: Search) -> None:
         while True:

@@ -119,8 +119,7 @@ class DayRun:
             await asyncio.wait({coming, news}, return_when=asyncio.FIRST_COMPLETED)
         finally:
             news.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await news
+            await asyncio.gather(news, return_exceptions=True)
 
     async def _open_requests(self) -> int:
         found = await persist(lambda: self._module.query(ListRequests(open_only=True)))
