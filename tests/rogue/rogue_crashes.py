@@ -21,7 +21,7 @@ from rogue_fakes import PLACES, FakeModule, failed, plate, position, typed
 
 from navigate.messages import NavigateToGoal, SetPosition
 from rogue.agent import Agent, AgentOptions
-from rogue.execution import Believe, Locate, Look, TaskOfRobot, Urgency
+from rogue.execution import Believe, Locate, Look, Patience, TaskOfRobot, Urgency
 from rogue.memory import Database, Store
 from rogue.messages import (
     CancelRequest,
@@ -40,6 +40,9 @@ from xavier_sim.messages import Ask, Say
 Thing = tuple[str, str]
 
 DIRECTORY = load_directory()
+
+QUICK = Patience(asks=2, tries=2, returns=1)
+"""Everything is tried again, but once: more moments would differ only in their number."""
 
 MATTERS = ("requests", "facts", "steps", "outcomes", "holds")
 """Tables by which one moment differs from another; after a line that was told it is the same."""
@@ -296,7 +299,7 @@ class Run:
         monkeypatch.setattr("rogue.agent.BusRobot", lambda module, endurance: robot)
         monkeypatch.setattr("rogue.memory._database.aiosqlite.connect", self._connect)
         monkeypatch.setattr(Database, "transaction", _told_of(self.happened))
-        options = AgentOptions(folder=Path(), rules=self.play.rules)
+        options = AgentOptions(folder=Path(), rules=self.play.rules, patience=QUICK)
         try:
             async with Store(options.folder) as store:
                 agent = Agent(module, store, DIRECTORY, options)
