@@ -37,26 +37,39 @@ MOST_CHOICES = 12
 
 
 def exact_tour(setting: Setting) -> Tour:
-    """The tour of least cost."""
+    """The tour of least cost.
+
+    Where so many deadlines cannot be met that not all choices can be looked at, it is a good one,
+    and says so.
+    """
     board = Board(setting)
     rest = cost_to_go(board)
     tour = setting.tour(cheapest_order(board, rest), is_exact=True)
     if not tour.late:
         return tour
     choices = _choices(board)
-    found, paid = replace(tour, is_exact=False), np.inf
-    for penalty, given_up in choices[:MOST_CHOICES]:
+    found, paid = _in_turn(board, rest, choices[:MOST_CHOICES])
+    if not found:
+        found = [one for one in (_with_deadlines(board, rest, choices[-1][1]), tour) if one]
+    best = min(found, key=lambda one: one.cost)
+    is_whole = all(penalty > paid for penalty, _ in choices[MOST_CHOICES:])
+    return replace(best, is_exact=best.is_exact and is_whole)
+
+
+def _in_turn(
+    board: Board, rest: Floats, choices: list[tuple[float, tuple[int, ...]]]
+) -> tuple[list[Tour], float]:
+    """The best tours of the cheapest choices that can be done, all equally cheap, and the price."""
+    found: list[Tour] = []
+    paid = np.inf
+    for penalty, given_up in choices:
         if penalty > paid:
             break
-        other = _with_deadlines(board, rest, given_up)
-        if other is not None:
-            found, paid = min(other, found, key=lambda one: one.cost), penalty
-    else:
-        found = replace(found, is_exact=found.is_exact and len(choices) <= MOST_CHOICES)
-    if paid == np.inf:
-        other = _with_deadlines(board, rest, choices[-1][1])
-        found = min(replace(other or found, is_exact=False), found, key=lambda one: one.cost)
-    return found
+        tour = _with_deadlines(board, rest, given_up)
+        if tour is not None:
+            found.append(tour)
+            paid = penalty
+    return found, paid
 
 
 def _with_deadlines(board: Board, rest: Floats, given_up: tuple[int, ...]) -> Tour | None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from errands_play import Changed, Play
+import pytest
+from errands_play import Changed, Play, corridor
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from rogue.errands import Errand
+from rogue.errands import Errand, OpenErrand, best_tour
 from rogue.prodigy import Choice, Literal
 
 MAIL = Errand("mitchell", "delivermail", "r-5301", "r-5315")
@@ -60,6 +63,27 @@ def test_an_errand_that_is_put_off_is_named_by_the_rule():
         if fired.rule == "put-off-for-top-priority"
     ]
     assert ("<goto-deliver-loc mitchell r-5315>",) in put_off
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.permutations(ROOMS[:6]), min_size=1, max_size=3))
+def test_the_robot_goes_the_way_of_the_best_tour(ends: list[list[str]]):
+    play = Play()
+    things = [("mitchell", "delivermail"), ("jhm", "deliverfax"), ("newell", "parcel")]
+    errands = [
+        Errand(*thing, rooms[0], rooms[1]) for thing, rooms in zip(things, ends, strict=False)
+    ]
+    play.begin(errands, ROOMS)
+    here, metres = "r-5301", 0.0
+    for step in play.run():
+        if step.startswith("goto"):
+            metres, here = metres + corridor(here, step.split()[-1]), step.split()[-1]
+    tour = best_tour(
+        [OpenErrand(key=e.item, pickup=e.pickup, deliver=e.deliver) for e in errands],
+        start="r-5301",
+        travel=play.agenda.travel,
+    )
+    assert metres == pytest.approx(tour.metres)
 
 
 def test_two_deliveries_to_one_room_share_one_way():

@@ -28,6 +28,7 @@ from rogue.prodigy import (
     Search,
     SearchView,
     Status,
+    validate_plan,
 )
 
 
@@ -43,6 +44,7 @@ def test_a_batch_takes_four_and_sixteen_nodes_an_errand(count: int, rooms: int) 
         done = shown(search.executed_operators())
         assert sum(step.startswith("deliver-item") for step in done) == count
         assert not any("..." in line for line in search.trace)
+        assert validate_plan(search.problem, search.result.plan) is None
 
 
 def test_two_errands_of_one_person_keep_their_rooms() -> None:
