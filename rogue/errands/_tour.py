@@ -70,7 +70,7 @@ class Travel:
     handling: float = 30.0
     capacity: int | None = None
     urgency: float = 0.05
-    haste: float = 0.4
+    haste: float = 0.6
 
     def __post_init__(self) -> None:
         for name in ("speed", "capacity"):
