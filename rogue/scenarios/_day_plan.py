@@ -22,8 +22,8 @@ URGENT_MINUTES = (25.0, 45.0)
 HURRIED_SECONDS = 30
 """Nobody carries anything across the floor in this time."""
 
-CHANGE_OF_MIND = (30.0, 900.0)
-"""Seconds after which a user takes back what he asked for."""
+CHANGE_OF_MIND = (20.0, 90.0)
+"""Seconds after which a user takes back what he asked for, unless he does when it is on its way."""
 
 SHUT_MINUTES = (5.0, 15.0)
 SHUT_DOORS = 6
@@ -62,9 +62,12 @@ class Post:
 
 @dataclass(frozen=True, slots=True)
 class TakeBack:
-    """A user's change of mind; ``item`` says what becomes of the item on the tray."""
+    """A user's change of mind; ``item`` says what becomes of the item on the tray.
 
-    at: float
+    Without ``at`` it comes when the item has been put on the tray.
+    """
+
+    at: float | None
     id: str
     item: str
 
@@ -96,10 +99,18 @@ class DayPlan:
     silent: frozenset[str]
     shut: frozenset[str]
 
-    def events(self) -> list[DayEvent]:
-        """All that happens, in its order."""
-        everything: list[DayEvent] = [*self.posts, *self.back, *self.doors]
-        return sorted(everything, key=lambda event: event.at)
+    def events(self) -> list[tuple[float, DayEvent]]:
+        """All that happens at a time of its own, in its order."""
+        timed: list[tuple[float, DayEvent]] = [(post.at, post) for post in self.posts]
+        timed += [(door.at, door) for door in self.doors]
+        timed += [(back.at, back) for back in self.back if back.at is not None]
+        return sorted(timed, key=lambda pair: pair[0])
+
+    def taken_from_tray(self, user: str, item: str) -> TakeBack | None:
+        """What is taken back when this item has been put on the tray."""
+        waiting = {one.id: one for one in self.back if one.at is None}
+        posts = (post for post in self.posts if (post.user, post.item) == (user, item))
+        return next((waiting[post.id] for post in posts if post.id in waiting), None)
 
     def taken_back(self, request_id: str) -> TakeBack | None:
         """When a request is taken back, if it is."""
@@ -196,8 +207,10 @@ class _Writer:
 
     def change_of_mind(self, post: Post) -> TakeBack:
         """When a request is taken back, and what the user wants then."""
-        after = self.rng.uniform(*CHANGE_OF_MIND)
-        return TakeBack(round(post.at + after, 1), post.id, self.rng.choice(("back", "deliver")))
+        item = self.rng.choice(("back", "deliver"))
+        if self.rng.random() < 0.5:
+            return TakeBack(None, post.id, item)
+        return TakeBack(round(post.at + self.rng.uniform(*CHANGE_OF_MIND), 1), post.id, item)
 
     def doors(self) -> Iterator[DoorMove]:
         """Doors that are shut for good, and some that are shut for a while."""

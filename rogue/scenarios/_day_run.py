@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import math
 import os
 import random
 import signal
+import time
 from collections.abc import AsyncIterator, Callable, Sequence
 
 from rogue.absence import persist
@@ -28,7 +30,7 @@ log = logging.getLogger(__name__)
 PLANNER = "rogue"
 
 STUCK = 240.0
-"""Wall seconds without any news after which the day is given up."""
+"""Wall seconds for which time stands still before the day is given up."""
 
 LOOK_AGAIN = 2.0
 """Wall seconds after which open requests are looked at again: a broadcast may be missed."""
@@ -52,6 +54,7 @@ class DayRun:
         self._plan = plan
         self._progress = progress
         self._kills = _moments(plan, kills)
+        self._moved = -math.inf, 0.0
         self.record = DayRecord()
 
     async def play(self) -> DayRecord:
@@ -83,8 +86,7 @@ class DayRun:
 
     def _events(self) -> Sequence[tuple[float, DayEvent | None]]:
         kills: list[tuple[float, DayEvent | None]] = [(at, None) for at in self._kills]
-        events: list[tuple[float, DayEvent | None]] = [(e.at, e) for e in self._plan.events()]
-        return sorted(kills + events, key=lambda pair: pair[0])
+        return sorted([*kills, *self._plan.events()], key=lambda pair: pair[0])
 
     async def _set_scene(self) -> None:
         for room in sorted(self._plan.silent):
@@ -122,8 +124,16 @@ class DayRun:
             await asyncio.gather(news, return_exceptions=True)
 
     async def _open_requests(self) -> int:
+        self._check_time()
         found = await persist(lambda: self._module.query(ListRequests(open_only=True)))
         return len(found)
+
+    def _check_time(self) -> None:
+        now, wall = self._module.clock.now(), time.monotonic()
+        if now != self._moved[0]:
+            self._moved = now, wall
+        elif wall - self._moved[1] > STUCK:
+            raise DayStuckError("the end of the day", STUCK)
 
     async def _do(self, event: DayEvent | None) -> None:
         match event:
@@ -174,6 +184,10 @@ class DayRun:
         async for one in moved:
             at = round(one.time - self.record.begun, 1)
             self.record.handovers.append(Handover(at, one.action, one.user, one.item, one.room))
+            change = self._plan.taken_from_tray(one.user, one.item)
+            if one.action == "placed" and change is not None:
+                with self._module.clock.hold():
+                    await self._take_back(change)
 
     async def _conclude(self, metres: float) -> None:
         truth = await self._module.query(WhereReally())

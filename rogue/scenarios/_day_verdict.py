@@ -113,12 +113,12 @@ def _allowed(plan: DayPlan, post: Post, record: DayRecord) -> set[str]:
 
 
 def _ended_before(plan: DayPlan, post: Post, record: DayRecord) -> set[str]:
-    """What is right for a request that was done before its user took it back."""
+    """What is right for a request that was over before its user took it back."""
     ended, back = record.ended.get(post.id), plan.taken_back(post.id)
-    if ended is None or back is None or ended.finished is None:
-        return set()
-    in_time = ended.finished - record.begun <= back.at
     can_fail = {RequestState.FAILED.value} if _meets_silence(plan, post) else set()
+    if ended is None or back is None or ended.finished is None or back.at is None:
+        return can_fail
+    in_time = ended.finished - record.begun <= back.at
     return {RequestState.COMPLETED.value, *can_fail} if in_time else set()
 
 

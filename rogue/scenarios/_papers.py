@@ -23,6 +23,7 @@ class Errand:
     item: str
     pickup: str
     deliver: str
+    deadline: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ class Scenario:
 _MAIL = Errand("mitchell", "delivermail", "r-5303", "r-5313")
 _FAX = Errand("jhm", "deliverfax", "r-5311", "r-5313")
 _LETTERS = Errand("rich", "pickupmail", "r-5301", "r-5315")
-_PARCEL = Errand("jhm", "deliverfax", "r-5409", "r-5420")
+_PARCEL = Errand("jhm", "deliverfax", "r-5409", "r-5420", deadline="+20m")
 
 SCENARIOS = {
     "figure6": Scenario("one request", Rules.NONE, (Cue(_MAIL),)),
@@ -92,7 +93,7 @@ SCENARIOS = {
         (Cue(_MAIL), Cue(Errs("r-5305"), after=f"{VERIFYING}R-5303", times=3)),
     ),
     "normal": Scenario(
-        "a more important request interrupts one whose item is on the tray",
+        "a more important request, and a pressing one, interrupts one whose item is on the tray",
         Rules.WORKING,
         (Cue(_LETTERS), Cue(_PARCEL, after=PLACING)),
     ),

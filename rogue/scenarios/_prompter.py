@@ -62,4 +62,5 @@ def _request(errand: Errand) -> PostRequest:
         item=errand.item,
         pickup=errand.pickup,
         deliver=errand.deliver,
+        deadline=errand.deadline,
     )

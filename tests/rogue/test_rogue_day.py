@@ -93,7 +93,7 @@ def test_a_script_is_whole_and_made_by_its_seed(seed: int):
     assert len({post.user for post in plan.posts}) == 10
     kinds = Counter(post.kind for post in plan.posts)
     assert all(kinds[kind] for kind in Kind)
-    times = [event.at for event in plan.events()]
+    times = [at for at, _ in plan.events()]
     assert times == sorted(times)
     assert all(post.pickup != post.deliver for post in plan.posts)
     assert all(plan.taken_back(post.id) for post in plan.posts if post.kind is Kind.CANCELED)
@@ -131,12 +131,26 @@ def test_an_end_that_does_not_fit_is_a_fault(kind: Kind, state: RequestState):
 
 def test_what_was_done_before_it_was_taken_back_may_be_completed():
     plan, record = script(), good_record(script())
-    post = first(plan, Kind.CANCELED)
-    back = plan.taken_back(post.id)
-    assert back is not None
+    timed = [one for one in plan.back if one.at is not None]
+    posts = {post.id: post for post in plan.posts}
+    back = next(
+        one for one in timed if not {posts[one.id].pickup, posts[one.id].deliver} & plan.silent
+    )
+    post = posts[back.id]
+    assert back.at is not None
     record.ended[post.id] = ended(post, RequestState.COMPLETED, at=back.at - 1.0)
     record.handovers += handed_over(post)
     assert faults(plan, record) == []
+
+
+def test_what_is_taken_back_from_the_tray_is_never_completed():
+    plan, record = script(), good_record(script())
+    posts = {post.id: post for post in plan.posts}
+    late = [posts[one.id] for one in plan.back if one.at is None]
+    post = next(post for post in late if not {post.pickup, post.deliver} & plan.silent)
+    assert plan.taken_from_tray(post.user, post.item) == plan.taken_back(post.id)
+    record.ended[post.id] = ended(post, RequestState.COMPLETED, at=0.0)
+    assert any("expected canceled" in fault for fault in faults(plan, record))
 
 
 def test_an_item_in_wrong_hands_is_a_fault():

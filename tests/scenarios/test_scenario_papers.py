@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = [pytest.mark.scenario, pytest.mark.process, pytest.mark.timeout(150)]
+pytestmark = [pytest.mark.slow, pytest.mark.scenario, pytest.mark.process, pytest.mark.timeout(150)]
 
 FIGURES = Path(__file__).parents[1] / "rogue"
 NODE = re.compile(r" *\d+ +n\d+ ")

@@ -203,6 +203,10 @@ class Changes(RuleBasedStateMachine):
             monitor=MonitorSpec(kind=kind, action=action, fire_every=pick % 2 + 1, max_fire=most),
         )
         self.happen(Submitted(self.time, task))
+        if kind == "point":
+            # It tests at its place among the siblings; the others are passed over.
+            self.previous[task.id] = self.last_child.get((parent, ""))
+            self.last_child[parent, ""] = task.id
 
     @precondition(lambda self: self.handled_now())
     @rule(pick=PICK)
