@@ -219,6 +219,7 @@ async def test_the_command_line_plans_and_tells_where():
     assert "Did you mean 'r-5313'" in err
 
 
+@pytest.mark.slow
 @pytest.mark.process
 async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):
     broken = tmp_path / "floor.yaml"

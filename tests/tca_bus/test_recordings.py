@@ -349,6 +349,7 @@ async def test_the_timing_is_kept_and_recorded_modules_may_appear():
         assert hidden.sent == 1
 
 
+@pytest.mark.slow
 @pytest.mark.bus
 @pytest.mark.process
 async def test_the_command_line_records_and_replays(tmp_path):

@@ -324,6 +324,7 @@ async def run(*words, **environment):
     return process.returncode, out.decode(), err.decode()
 
 
+@pytest.mark.slow
 @pytest.mark.process
 async def test_commands_end_with_the_exit_code_of_a_refusal(keys, other_keys, tmp_path):
     shutil.copytree(keys, tmp_path / "keys")

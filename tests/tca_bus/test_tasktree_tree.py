@@ -368,6 +368,7 @@ def test_sequence_numbers_grow_also_over_a_restart():
     assert tree.status("A").sequence > before + 1000
 
 
+@pytest.mark.slow
 def test_a_very_deep_tree_is_killed_without_recursion():
     office = Office(capacity=10_000)
     office.goal("n0")

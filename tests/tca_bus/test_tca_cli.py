@@ -165,6 +165,7 @@ BAD_INPUT = [
 ]
 
 
+@pytest.mark.slow
 async def test_bad_input_ends_with_one_clear_line():
     async with office() as here:
         await here.me.set(BATTERY, 12.5)
@@ -337,6 +338,7 @@ async def test_a_router_runs_until_its_parent_is_gone():
         assert await process.wait() == 0
 
 
+@pytest.mark.slow
 async def test_variables_are_set_read_swapped_listed_and_watched():
     async with office() as here:
         watching = await here.start("var", "watch", "battery")

@@ -15,7 +15,7 @@ from tca_bus._protocol import FindTask
 from tca_bus._tree_queries import ListAttachments
 from tca_bus.testing import eventually
 
-pytestmark = [pytest.mark.bus, pytest.mark.process]
+pytestmark = [pytest.mark.slow, pytest.mark.bus, pytest.mark.process]
 
 FREE = Constraint.NONE
 

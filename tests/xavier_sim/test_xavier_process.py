@@ -68,6 +68,7 @@ async def test_killed_robot_goes_on_where_it_was(tmp_path):
             assert (await driver.query(WhereReally())).metres > 1.0
 
 
+@pytest.mark.slow
 async def test_commands_of_the_robot(tmp_path):
     async with (
         bus() as options,
