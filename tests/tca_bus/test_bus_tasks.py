@@ -254,7 +254,8 @@ async def test_a_state_that_is_published_before_the_acknowledgement_arrives_is_n
             sending = asyncio.create_task(boss.execute(Carry(weight=1.0)))
             assert (await states.get()).state == TaskState.ACTIVE
             acknowledged.set()
-            assert (await sending).status.state == TaskState.ACTIVE
+            handle = await sending
+            await eventually(lambda: handle.status.state == TaskState.ACTIVE)
 
 
 def status_of(task, state, sequence):
