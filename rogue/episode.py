@@ -325,9 +325,22 @@ class Episode:
         elif self._executed and not hopeless:
             # What was driven stays driven: the next episode plans on from here.
             log.info("search ended with %s: %s", result.status, result.reason)
+        elif (due := self._tray_is_taken_until()) is not None:
+            log.info("the tray is taken by what is put off: %s", result.reason)
+            await self._book.clock.sleep_until(due)
         else:
             reason = f"no plan was found ({result.status}: {result.reason})"
             await self._fail(hopeless or left, reason)
+
+    def _tray_is_taken_until(self) -> float | None:
+        """When the first item on the tray that is put off may leave it; None without one."""
+        world = self._executor.world
+        held = [
+            request
+            for request in self._book.open_requests()
+            if (request.user, request.item) in world.facts.tray and world.waits(request)
+        ]
+        return world.next_due(held) if held else None
 
     def _goal(self, request_id: str) -> Literal:
         return self._switches.goal(errand(self._admitted[request_id]))
