@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Iterable
 
 from rogue.messages import DeliveryRequest
+from rogue.outcomes import Thing
 
 MOST = 12
 """Requests that take part for their urgency."""
@@ -19,6 +20,35 @@ MOST_ALONG = 4
 
 STAYING = 1.0
 """Priority by which another must be more urgent to take the place of one that takes part."""
+
+
+def servable(
+    requests: Iterable[DeliveryRequest],
+    *,
+    waits: Callable[[DeliveryRequest], object],
+    tray: Collection[Thing],
+    places: int | None,
+) -> list[DeliveryRequest]:
+    """Return the requests that can be gone on with before something changes.
+
+    An errand that is put off waits. Where what is put off leaves no place on the tray, those
+    whose items are not on it wait as well.
+
+    Args:
+        requests: All that are open.
+        waits: Whether a request is put off.
+        tray: What is on the tray, as user and item.
+        places: Items for which the tray has room, None for any number.
+    """
+    listed = list(requests)
+    free = [request for request in listed if not waits(request)]
+    if places is None or len(free) == len(listed):
+        return free
+    staying = set(tray) - {(request.user, request.item) for request in free}
+    held = staying & {(request.user, request.item) for request in listed}
+    if not held or len(staying) < places:
+        return free
+    return [request for request in free if (request.user, request.item) in tray]
 
 
 def choose(

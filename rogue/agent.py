@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rogue import trace
+from rogue.admission import servable
 from rogue.conversation import Conversation
 from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
@@ -31,7 +32,7 @@ from rogue.execution import (
     layered,
 )
 from rogue.memory import Store
-from rogue.messages import MonitorView, PlanView, RequestState, ShowPlan
+from rogue.messages import DeliveryRequest, MonitorView, PlanView, RequestState, ShowPlan
 from rogue.monitors import MonitorRegistry, office_monitors
 from rogue.planning import Rules
 from rogue.requests import (
@@ -80,6 +81,11 @@ class AgentOptions:
     patience: Patience = field(default_factory=Patience)
     endurance: Endurance = field(default_factory=Endurance)
     arrival: Verification = field(default_factory=layered)
+
+    @property
+    def tray(self) -> int | None:
+        """Items for which the tray has room; the published rules know of no bound."""
+        return self.places if self.rules is Rules.WORKING else None
 
     @property
     def verification(self) -> Verification:
@@ -166,11 +172,18 @@ class Agent:
         """Wait until a request can be served: a new one, or one whose time has come again."""
         while True:
             self._book.changed.clear()
-            waiting = self._book.open_requests()
-            if any(self._world.waits(request) is None for request in waiting):
+            if self._servable():
                 return
-            due = self._due(self._world.next_due(waiting))
+            due = self._due(self._world.next_due(self._book.open_requests()))
             await self._first(due, self._book.changed.wait())
+
+    def _servable(self) -> list[DeliveryRequest]:
+        return servable(
+            self._book.open_requests(),
+            waits=self._world.waits,
+            tray=self._world.facts.tray,
+            places=self._options.tray,
+        )
 
     def _now(self) -> float:
         """The time of the module's clock, which changes when it joins the bus."""
@@ -207,6 +220,7 @@ class Agent:
             executor=executor,
             conversation=self._conversation,
             decisions=DecisionRecorder(self._store, self._module.clock),
+            servable=self._servable,
             told=self._told,
             level=self._options.level,
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Collection, Coroutine, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Coroutine, Iterable, Mapping, Sequence
 
 from rogue import trace
 from rogue.admission import choose
@@ -59,6 +59,7 @@ Locations = Mapping[str, tuple[float, float]]
 class Episode:
     """A search over the requests that are open, and those that come while it runs.
 
+    ``servable`` gives the open requests that can be gone on with now, the oldest first;
     ``told`` are the ids of the requests whose arrival the conversation has told already,
     ``level`` is that of the planner's trace.
     """
@@ -76,6 +77,7 @@ class Episode:
         executor: Executor,
         conversation: Conversation,
         decisions: DecisionRecorder,
+        servable: Callable[[], list[DeliveryRequest]],
         told: set[str],
         level: int = 2,
     ) -> None:
@@ -88,6 +90,7 @@ class Episode:
         self._executor = executor
         self._conversation = conversation
         self._decisions = decisions
+        self._servable = servable
         self._told = told
         self._level = level
         self._agenda = agenda
@@ -244,11 +247,14 @@ class Episode:
                 self._withdraw(search, request)
 
     async def _leave_out(self, search: Search, wanted: Collection[str]) -> None:
-        """Take out what others are more urgent than."""
+        """Take out what others are more urgent than, and what finds no place on the tray."""
+        servable = {request.id for request in self._servable()}
         for request_id, request in list(self._admitted.items()):
             if request_id not in wanted:
                 self._withdraw(search, request)
-                await self._book.suspend(request_id, "others are more urgent")
+                has_place = request_id in servable
+                reason = "others are more urgent" if has_place else "what is put off fills the tray"
+                await self._book.suspend(request_id, reason)
 
     async def _suspend_others(self) -> None:
         """Say which errands under way are put aside for those that are served now."""
@@ -296,13 +302,13 @@ class Episode:
 
     def _wanted(self) -> list[DeliveryRequest]:
         """Open requests that should be in the search, no two that PRODIGY could not tell apart."""
-        world = self._executor.world
-        free = [r for r in self._book.open_requests() if not world.waits(r)]
+        free = self._servable()
+        tray = self._executor.world.facts.tray
         begun = [r for r in free if r.state is not RequestState.QUEUED]
         return choose(
             free,
             admitted=self._admitted,
-            pinned={r.id for r in begun if (r.user, r.item) in world.facts.tray},
+            pinned={r.id for r in begun if (r.user, r.item) in tray},
             priority=self._priority,
             identity=self._identity,
         )
@@ -325,22 +331,9 @@ class Episode:
         elif self._executed and not hopeless:
             # What was driven stays driven: the next episode plans on from here.
             log.info("search ended with %s: %s", result.status, result.reason)
-        elif (due := self._tray_is_taken_until()) is not None:
-            log.info("the tray is taken by what is put off: %s", result.reason)
-            await self._book.clock.sleep_until(due)
         else:
             reason = f"no plan was found ({result.status}: {result.reason})"
             await self._fail(hopeless or left, reason)
-
-    def _tray_is_taken_until(self) -> float | None:
-        """When the first item on the tray that is put off may leave it; None without one."""
-        world = self._executor.world
-        held = [
-            request
-            for request in self._book.open_requests()
-            if (request.user, request.item) in world.facts.tray and world.waits(request)
-        ]
-        return world.next_due(held) if held else None
 
     def _goal(self, request_id: str) -> Literal:
         return self._switches.goal(errand(self._admitted[request_id]))

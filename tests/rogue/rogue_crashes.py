@@ -65,7 +65,7 @@ class Play:
     ``misses`` gives the room where the robot really ends up when it drives to a room for the
     n-th time, counted from 0; ``blocked`` are drives that fail. ``silent`` and ``refused`` are
     questions that nobody answers, and that are answered by "impossible": what about, in which
-    room, asked there for the n-th time.
+    room, asked there for the n-th time. ``places`` is how many items the tray holds.
     """
 
     orders: tuple[Order, ...]
@@ -74,6 +74,7 @@ class Play:
     blocked: frozenset[tuple[str, int]] = frozenset()
     silent: frozenset[tuple[str, str, int]] = frozenset()
     refused: frozenset[tuple[str, str, int]] = frozenset()
+    places: int = 6
 
 
 @dataclass
@@ -299,7 +300,9 @@ class Run:
         monkeypatch.setattr("rogue.agent.BusRobot", lambda module, endurance: robot)
         monkeypatch.setattr("rogue.memory._database.aiosqlite.connect", self._connect)
         monkeypatch.setattr(Database, "transaction", _told_of(self.happened))
-        options = AgentOptions(folder=Path(), rules=self.play.rules, patience=QUICK)
+        options = AgentOptions(
+            folder=Path(), rules=self.play.rules, places=self.play.places, patience=QUICK
+        )
         try:
             async with Store(options.folder) as store:
                 agent = Agent(module, store, DIRECTORY, options)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rogue_fakes import make_request
 
-from rogue.admission import MOST, MOST_ALONG, choose
+from rogue.admission import MOST, MOST_ALONG, choose, servable
 from rogue.messages import DeliveryRequest
 
 
@@ -73,3 +73,33 @@ def test_of_two_that_cannot_be_told_apart_one_waits():
     one, other = request(1, 0, user="ann"), request(2, 9, user="ann")
     assert chosen([one, other]) == ["q1"]
     assert chosen([one, other], admitted=("q2",)) == ["q2"]
+
+
+def gone_on_with(
+    *, waiting: tuple[str, ...], tray: tuple[str, ...], places: int | None
+) -> list[str]:
+    requests = [request(number, 0) for number in range(1, 4)]
+    things = [(r.user, r.item) for r in requests if r.id in tray]
+    things += [(name, "delivermail") for name in tray if not name.startswith("q")]
+    found = servable(requests, waits=lambda r: r.id in waiting, tray=things, places=places)
+    return [r.id for r in found]
+
+
+def test_what_is_put_off_waits():
+    assert gone_on_with(waiting=("q1",), tray=(), places=1) == ["q2", "q3"]
+
+
+def test_where_what_is_put_off_fills_the_tray_the_others_wait_for_a_place():
+    assert gone_on_with(waiting=("q1",), tray=("q1",), places=1) == []
+    assert gone_on_with(waiting=("q1",), tray=("q1",), places=2) == ["q2", "q3"]
+    assert gone_on_with(waiting=("q1",), tray=("q1",), places=None) == ["q2", "q3"]
+
+
+def test_what_is_on_the_tray_itself_goes_on_and_gives_its_place_to_others():
+    assert gone_on_with(waiting=("q1",), tray=("q1", "q2"), places=2) == ["q2", "q3"]
+    assert gone_on_with(waiting=("q1",), tray=("q1", "somebody"), places=2) == []
+
+
+def test_a_tray_that_nobody_is_going_to_empty_is_left_to_the_planner_to_refuse():
+    assert gone_on_with(waiting=(), tray=("somebody",), places=1) == ["q1", "q2", "q3"]
+    assert gone_on_with(waiting=("q1",), tray=("somebody",), places=1) == ["q2", "q3"]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from rogue_crashes import Play, Run, cancel, post
 
+from rogue.messages import RequestState
 from rogue.planning import Rules
 
 MAIL = post("a", "mitchell", "delivermail")
@@ -20,8 +23,20 @@ PLAYS = {
     "nobody in at all": Play((MAIL,), silent=NOBODY_IN),
     "a blocked door": Play((MAIL, FAX), blocked=frozenset({("r-5303", 0)})),
     "impossible to deliver": Play((MAIL,), refused=frozenset({("taking", "r-5313", 0)})),
+    "put off with a full tray": Play(
+        (MAIL, replace(FAX, after_drives=2)),
+        silent=frozenset({("taking", "r-5313", 0)}),
+        places=1,
+    ),
     "canceled under way": Play((MAIL, cancel("a", after=2))),
 }
+
+ENDS = {
+    "nobody in at all": {RequestState.FAILED},
+    "impossible to deliver": {RequestState.FAILED},
+    "canceled under way": {RequestState.CANCELED},
+}
+"""How the requests of a play end, where they are not all completed."""
 
 
 @pytest.mark.parametrize("name", PLAYS)
@@ -31,7 +46,8 @@ async def test_a_kill_at_any_moment_changes_nothing(
     first = Run(PLAYS[name])
     with monkeypatch.context() as patch:
         expected = await first.to_the_end(patch)
-    assert all(state.is_final for state, _ in expected.requests.values())
+    ends = {state for state, _ in expected.requests.values()}
+    assert ends == ENDS.get(name, {RequestState.COMPLETED})
     for number, moment in enumerate(first.moments):
         with monkeypatch.context() as patch:
             ending = await Run(PLAYS[name], begins=moment).to_the_end(patch)
