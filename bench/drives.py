@@ -17,12 +17,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from navigate.driver import Drive
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
+from navigate.driving import Drive, Wheels
+from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
-from navigate.view import Wheels
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Sensors
 from xavier_sim.world import Reading, World
 

@@ -9,8 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from navigate.floor import Floor, UnknownRoomError
-from navigate.floorfile import load_plan
+from navigate.maps import Floor, UnknownRoomError, load_plan
 from navigate.messages import PlanRoute, Position, Rooms, Route, WhereAmI
 from navigate.routes import NoRouteError, Planner, describe
 from tca_bus import Failure, HandlerFailedError, Module, configure_logging

@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from navigate.confidence import Confidence
-from navigate.distances import Distances
-from navigate.driver import Drive, Driver
-from navigate.estimate import Estimator
-from navigate.floor import Floor
-from navigate.graph import Point
-from navigate.hindrances import Memory
+from navigate.body import (
+    Motion,
+    Pose,
+    bump_direction,
+    heard_ranges,
+    motion_between,
+    plausible,
+    wrap,
+)
+from navigate.driving import STOP, Drive, Driver, Surroundings, View, Wheels
+from navigate.maps import Floats, Floor, Point
 from navigate.messages import NavigationReport, Position
-from navigate.odometry import Motion, Pose, motion_between, plausible
-from navigate.routes import Planner
-from navigate.sonarring import bump_direction, heard_ranges, wrap
-from navigate.surroundings import Surroundings
-from navigate.view import STOP, View, Wheels
-from navigate.walls import Floats
+from navigate.position import Confidence, Estimator
+from navigate.routes import Distances, Memory, Planner
 from xavier_sim.messages import SONAR_COUNT, Sensors
 
 UNSEEN_SPREAD = 0.5

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from navigate.distances import as_table
-from navigate.driver import Drive as Errand
-from navigate.floor import CENTIMETRES, UnknownRoomError
-from navigate.graph import Point, show_point
+from navigate.body import fault_of
+from navigate.driving import STOP
+from navigate.driving import Drive as Errand
 from navigate.keeping import StateFile
+from navigate.maps import CENTIMETRES, Point, UnknownRoomError
 from navigate.messages import (
     NavigateToGoal,
     NavigationFailure,
@@ -29,9 +29,7 @@ from navigate.messages import (
     WhereIsRoom,
 )
 from navigate.navigator import Navigator
-from navigate.routes import NoRouteError, describe
-from navigate.sonarring import fault_of
-from navigate.view import STOP
+from navigate.routes import NoRouteError, as_table, describe, show_point
 from tca_bus import (
     BusGoneError,
     BusOptions,

@@ -15,7 +15,7 @@ APPS = {
     "navigate": "navigate.cli",
     "rogue": "rogue.cli",
     "tca": "tca_bus.cli.tca",
-    "xavier": "xavier_sim.cli",
+    "xavier": "xavier_sim.cli._app",
 }
 COMMAND = re.compile(r"(?:^|uv run |run --rm cli )((?:rogue|tca|navigate|xavier) [^#&|]+)")
 

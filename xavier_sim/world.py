@@ -14,17 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tca_bus import TcaError, near_matches, near_or_all
-from xavier_sim.base import clip_command, next_speed, next_turn_rate
-from xavier_sim.battery import Battery
-from xavier_sim.bumpers import Bumpers
-from xavier_sim.camera import Camera, Look
-from xavier_sim.geometry import build_geometry, space_at
+from xavier_sim.body import (
+    Battery,
+    BodyState,
+    Bumpers,
+    Contact,
+    Odometry,
+    Physics,
+    clip_command,
+    next_speed,
+    next_turn_rate,
+    wrap,
+)
+from xavier_sim.floors import build_geometry, space_at
 from xavier_sim.messages import FloorPlan, SpaceKind
-from xavier_sim.odometry import Odometry, wrap
-from xavier_sim.physics import BodyState, Contact, Physics
 from xavier_sim.profile import STEPS_PER_TICK, TICK, XAVIER, RobotProfile
-from xavier_sim.rays import RayCaster
-from xavier_sim.sonar import SonarRing
+from xavier_sim.sensors import Camera, Look, RayCaster, SonarRing
 
 BEFORE_DOOR = 0.9
 """A robot in the corridor is before a door when its centre is this near to it, metres."""

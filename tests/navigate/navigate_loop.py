@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from navigate.driver import Drive
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
+from navigate.driving import Drive
+from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Corner, FloorPlan, Sensors, Space, SpaceKind
 from xavier_sim.world import Reading, World
 

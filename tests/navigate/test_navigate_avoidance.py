@@ -6,12 +6,11 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from navigate.cvm import blocked_curvatures, choose, free_arcs
-from navigate.lanes import BERTH, free_ahead, pick_lane
-from navigate.safety import guard
-from navigate.sonarring import ROBOT_RADIUS, bump_direction, wrap
-from navigate.surroundings import Surroundings
-from navigate.view import STOP, View, Wheels
+from navigate.body import ROBOT_RADIUS, bump_direction, wrap
+from navigate.driving import STOP, Surroundings, View, Wheels
+from navigate.driving._cvm import blocked_curvatures, choose, free_arcs
+from navigate.driving._lanes import BERTH, free_ahead, pick_lane
+from navigate.driving._safety import guard
 
 coordinates = st.floats(-3.0, 3.0)
 curvatures = st.just(0.0) | st.floats(1e-3, 3.0) | st.floats(-3.0, -1e-3)

@@ -12,9 +12,8 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
 from navigate.keeping import StateFile
+from navigate.maps import Floor, load_plan
 from navigate.messages import (
     NavigateToGoal,
     PlanRoute,
@@ -28,11 +27,9 @@ from navigate.navigator import Navigator
 from navigate.service import NavigateService
 from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
 from tca_bus.testing import bus, central, eventually
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally
-from xavier_sim.robot_module import RobotModule
-from xavier_sim.robot_state import RobotState
-from xavier_sim.simulated_time import SimClock
+from xavier_sim.running import RobotModule, RobotState, SimClock
 from xavier_sim.world import World
 
 pytestmark = pytest.mark.bus

@@ -7,9 +7,8 @@ import math
 import pytest
 from navigate_loop import Loop
 
-from navigate.confidence import ALIKE_DOUBT
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
+from navigate.maps import Floor, load_plan
+from navigate.position._confidence import ALIKE_DOUBT
 
 PITCH = 3.597
 """Metres between the doors 5301 to 5315."""

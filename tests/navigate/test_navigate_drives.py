@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from navigate_loop import Loop, true_plan, with_box
 
-from navigate.floor import Floor, UnknownRoomError
-from navigate.floorfile import load_plan
+from navigate.driving import STOP
+from navigate.maps import Floor, UnknownRoomError, load_plan
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
-from navigate.view import STOP
 
 
 def test_errands_from_room_to_room_arrive_where_they_should():

@@ -7,17 +7,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from navigate_loop import true_plan
 
-from navigate.doorframe import DoorFrame
-from navigate.estimate import Estimator
-from navigate.expected import REACH, ExpectedRanges
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
-from navigate.odometry import Motion, motion_between, moved, plausible
-from navigate.sonarring import BEARINGS, RING_RADIUS, wrap
-from navigate.view import View
-from xavier_sim.geometry import build_geometry
+from navigate.body import BEARINGS, RING_RADIUS, Motion, motion_between, plausible, wrap
+from navigate.body._odometry import moved
+from navigate.driving import View
+from navigate.driving._doorframe import DoorFrame
+from navigate.maps import Floor, load_plan
+from navigate.position import Estimator, ExpectedRanges
+from navigate.position._expected import REACH
+from xavier_sim.floors import build_geometry
 from xavier_sim.profile import XAVIER
-from xavier_sim.rays import RayCaster
+from xavier_sim.sensors import RayCaster
 
 TRUE = Floor(true_plan())
 EXPECTED = ExpectedRanges(TRUE, capacity=256)

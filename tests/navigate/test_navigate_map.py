@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from navigate_loop import true_plan
 
-from navigate.floor import Floor, UnknownRoomError, clearance_of, frame
-from navigate.floorfile import MapError, load_plan, own_maps
-from navigate.walls import wall_segments
-from xavier_sim.geometry import build_geometry
+from navigate.maps import Floor, MapError, UnknownRoomError, frame, load_plan
+from navigate.maps._floor import clearance_of
+from navigate.maps._floorfile import own_maps
+from navigate.maps._walls import wall_segments
+from xavier_sim.floors import build_geometry
 
 SURVEYED = Floor(load_plan())
 TRUE = Floor(true_plan())

@@ -6,12 +6,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from navigate.distances import Distances, as_table
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
-from navigate.graph import straight
-from navigate.hindrances import CERTAIN, REMEMBER, Memory
-from navigate.routes import Hindrances, NoRouteError, Planner, describe
+from navigate.maps import Floor, load_plan
+from navigate.routes import (
+    CERTAIN,
+    REMEMBER,
+    Distances,
+    Memory,
+    NoRouteError,
+    Planner,
+    as_table,
+    describe,
+)
+from navigate.routes._graph import straight
+from navigate.routes._routes import Hindrances
 from xavier_sim.messages import SpaceKind
 
 FLOOR = Floor(load_plan())

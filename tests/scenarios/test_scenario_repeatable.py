@@ -7,8 +7,7 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from navigate.floor import Floor
-from navigate.floorfile import load_plan
+from navigate.maps import Floor, load_plan
 from navigate.messages import NavigateToGoal, WhereIsRoom
 from navigate.navigator import Navigator
 from navigate.service import NavigateService
@@ -16,14 +15,10 @@ from rogue.agent import AgentOptions, run_agent
 from rogue.messages import CancelRequest, PostRequest, ReadTrace, RequestChanged, RequestState
 from tca_bus import Module, TaskFailedError
 from tca_bus.testing import bus, central
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Ask, Fault, MoveDoor, ReadPlate, Slip, WhereReally
-from xavier_sim.people import Habits
-from xavier_sim.robot_module import RobotModule
-from xavier_sim.robot_state import RobotState
-from xavier_sim.simulated_time import SimClock
-from xavier_sim.speech_module import SimulatedPeople, SpeechModule
-from xavier_sim.spoken_record import RecordFile
+from xavier_sim.office import Habits, RecordFile, SimulatedPeople, SpeechModule
+from xavier_sim.running import RobotModule, RobotState, SimClock
 from xavier_sim.world import World
 
 pytestmark = [pytest.mark.slow, pytest.mark.scenario, pytest.mark.bus]

@@ -10,11 +10,9 @@ import pytest
 
 from tca_bus import BusOptions, HandlerFailedError, Module, Router
 from tca_bus.testing import bus, eventually
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally, WorldDoors
-from xavier_sim.robot_module import RobotModule
-from xavier_sim.robot_state import RobotState
-from xavier_sim.simulated_time import SimClock
+from xavier_sim.running import RobotModule, RobotState, SimClock
 from xavier_sim.snapshots import SnapshotFile
 from xavier_sim.world import World
 
@@ -204,7 +202,7 @@ async def hold_for_ever(clock):
 
 
 async def test_who_hangs_while_time_stands_still_for_it_is_named(monkeypatch, caplog):
-    monkeypatch.setattr("xavier_sim.simulated_time.HOLD_LIMIT", 0.2)
+    monkeypatch.setattr("xavier_sim.running._simulated_time.HOLD_LIMIT", 0.2)
     async with (
         bus() as options,
         robot(options),

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from xavier_sim.camera import NOTHING, Camera, door_plates
-from xavier_sim.floor import load_floor
-from xavier_sim.geometry import build_geometry, space_at
+from xavier_sim.floors import build_geometry, load_floor, space_at
 from xavier_sim.messages import SpaceKind
 from xavier_sim.profile import CameraProfile
+from xavier_sim.sensors import Camera
+from xavier_sim.sensors._camera import NOTHING, door_plates
 from xavier_sim.world import World
 
 PLAN = load_floor()

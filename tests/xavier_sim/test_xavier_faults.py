@@ -10,8 +10,8 @@ from test_xavier_bus import robot
 
 from tca_bus import HandlerFailedError, Module
 from tca_bus.testing import bus
-from xavier_sim.battery import Battery
-from xavier_sim.floor import load_floor
+from xavier_sim.body import Battery
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Battery as BatteryNews
 from xavier_sim.messages import (
     CameraPower,

@@ -7,10 +7,9 @@ import itertools
 import pytest
 import yaml
 
-from xavier_sim.floor import FLOORS, load_floor
-from xavier_sim.floor_checks import FloorError
+from xavier_sim.floors import FloorError, load_floor, plan_to_yaml, survey_floor
+from xavier_sim.floors._floor import FLOORS
 from xavier_sim.messages import Corner, SpaceKind
-from xavier_sim.survey import plan_to_yaml, survey_floor
 
 
 @pytest.fixture

@@ -10,13 +10,14 @@ import pytest
 
 from tca_bus import TaskError
 from tca_bus.testing import eventually
-from xavier_sim.keyboard import TYPE_AHEAD, Keyboard, accept, prompt_for
 from xavier_sim.messages import Ask, TrueLocation
-from xavier_sim.people import QUICKEST, SLOWEST, Habits, People, truthful_answer
+from xavier_sim.office import Habits, Keyboard, NotMovedError, RecordFile
+from xavier_sim.office._keyboard import TYPE_AHEAD, accept, prompt_for
+from xavier_sim.office._people import QUICKEST, SLOWEST, People, truthful_answer
+from xavier_sim.office._spoken_record import KEPT, Done
+from xavier_sim.office._things import KEPT as KEPT_THINGS
+from xavier_sim.office._things import Things, item_action
 from xavier_sim.snapshots import SnapshotError
-from xavier_sim.spoken_record import KEPT, Done, RecordFile
-from xavier_sim.things import KEPT as KEPT_THINGS
-from xavier_sim.things import NotMovedError, Things, item_action
 
 ROOM = "r-5303"
 
@@ -252,7 +253,7 @@ def test_damaged_record_is_a_clear_error(tmp_path):
 
 
 def test_no_answer_names_question():
-    from xavier_sim.speech_module import no_answer
+    from xavier_sim.office._speech_module import no_answer
 
     error = no_answer(ask("place"), "silence for 60 s")
     assert isinstance(error, TaskError)

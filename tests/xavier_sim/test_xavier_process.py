@@ -13,7 +13,7 @@ import pytest
 
 from tca_bus import Module
 from tca_bus.testing import bus, eventually
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Ask, Drive, Sensors, WhereReally
 
 pytestmark = pytest.mark.process

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from xavier_sim.floor import load_floor
-from xavier_sim.geometry import WALL_RADIUS, build_geometry
+from xavier_sim.body import BodyState, Physics
+from xavier_sim.body._physics import ROBOT_CATEGORY
+from xavier_sim.floors import WALL_RADIUS, build_geometry, load_floor
 from xavier_sim.messages import Corner, Door, FloorPlan, Space, SpaceKind
-from xavier_sim.physics import ROBOT_CATEGORY, BodyState, Physics
 from xavier_sim.profile import XAVIER
-from xavier_sim.rays import RayCaster
+from xavier_sim.sensors import RayCaster
 
 PLAN = load_floor()
 GEOMETRY = build_geometry(PLAN)

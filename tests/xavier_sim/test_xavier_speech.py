@@ -12,15 +12,11 @@ import pytest
 
 from tca_bus import HandlerFailedError, Module, TaskFailedError
 from tca_bus.testing import bus, central, eventually
-from xavier_sim.floor import load_floor
-from xavier_sim.keyboard import Keyboard
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Ask, Heard, ItemMoved, MoveItem, MovePerson, Say, WhoIsIn
-from xavier_sim.people import QUICKEST, SLOWEST, Habits
-from xavier_sim.robot_module import RobotModule
-from xavier_sim.robot_state import RobotState
-from xavier_sim.simulated_time import SimClock
-from xavier_sim.speech_module import SimulatedPeople, SpeechModule, Typist
-from xavier_sim.spoken_record import RecordFile
+from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
+from xavier_sim.office._people import QUICKEST, SLOWEST
+from xavier_sim.running import RobotModule, RobotState, SimClock
 from xavier_sim.world import World
 
 pytestmark = pytest.mark.bus

@@ -7,20 +7,19 @@ import itertools
 import pytest
 
 from tca_bus import AwaitTime, ConfigError
-from xavier_sim.cli import open_world
-from xavier_sim.driver import SILENCE, STOP, Driver
-from xavier_sim.floor import load_floor
+from xavier_sim.cli._app import open_world
+from xavier_sim.floors import load_floor
 from xavier_sim.messages import Drive
-from xavier_sim.pacing import Metronome, may_tick, parse_speed
-from xavier_sim.robot_state import RobotState
-from xavier_sim.simulated_time import (
+from xavier_sim.running import RobotState, SimClock, parse_speed
+from xavier_sim.running._driver import SILENCE, STOP, Driver
+from xavier_sim.running._pacing import Metronome, may_tick
+from xavier_sim.running._simulated_time import (
     ABSENT_AFTER,
     FORGET_AFTER,
     HOLD_LIMIT,
     NEWS_MOVING,
     NEWS_STILL,
     Demands,
-    SimClock,
     TimeNews,
 )
 from xavier_sim.snapshots import SnapshotError, SnapshotFile

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from xavier_sim.floor import load_floor
+from xavier_sim.floors import load_floor
 from xavier_sim.world import UnknownDoorError, World
 
 PLAN = load_floor()

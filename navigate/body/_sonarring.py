@@ -1,0 +1,65 @@
+"""What the navigator knows about the robot's body and its sonars."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from navigate.maps import Floats
+from xavier_sim.messages import BUMP_PANELS, SONAR_COUNT, Sensors
+
+ROBOT_RADIUS = 0.305
+"""Metres."""
+
+RING_RADIUS = 0.25
+"""Metres from the robot's centre to the sonars, from which readings count."""
+
+NEAREST = 0.2
+"""The shortest reading, metres: what is nearer reads the same."""
+
+CONE_HALF = math.radians(11.25)
+"""Half the opening of a sonar's cone."""
+
+PITCH = 2.0 * math.pi / SONAR_COUNT
+"""Radians from one sonar to the next."""
+
+BEARINGS: Floats = PITCH * np.arange(SONAR_COUNT, dtype=np.float64)
+"""Where each sonar looks, radians to the left of ahead, shape (24,)."""
+
+SONARS = range(SONAR_COUNT)
+
+
+def wrap(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def fault_of(sensors: Sensors) -> str | None:
+    """What makes a reading useless, as a sentence; None when it is sound."""
+    if sensors.sonar.shape != (SONAR_COUNT,):
+        return f"sonar has {len(sensors.sonar)} readings, expected {SONAR_COUNT}"
+    if sensors.odom.shape != (3,) or not np.isfinite(sensors.odom).all():
+        return f"odom is {sensors.odom.tolist()}, expected three finite numbers"
+    if not math.isfinite(sensors.time):
+        return f"time is {sensors.time}, expected a finite number"
+    return None
+
+
+def heard_ranges(sensors: Sensors) -> Floats:
+    """The sonar readings, shape (24,), metres; what is no range counts as no echo."""
+    ranges = sensors.sonar.astype(np.float64)
+    return np.where(ranges >= 0.0, ranges, np.inf)
+
+
+def fresh_sonars(bits: int) -> list[int]:
+    """The numbers of the sonars whose bit is set."""
+    return [number for number in SONARS if bits >> number & 1]
+
+
+def bump_direction(panels: int) -> float | None:
+    """The mean direction of the panels pressed, radians to the left of ahead; None when none is."""
+    angles = [i * 2.0 * math.pi / BUMP_PANELS for i in range(BUMP_PANELS) if panels >> i & 1]
+    if not angles:
+        return None
+    return math.atan2(sum(map(math.sin, angles)), sum(map(math.cos, angles)))

@@ -1,0 +1,135 @@
+"""Passing a door: face it, look whether it is open, line up on the jambs, creep through.
+
+The robot is 0.61 m wide and a door 0.9 m, so 14 cm are left on either side; the position
+estimate and the map together are not that good, the jambs measured on the way are.
+"""
+
+from __future__ import annotations
+
+import math
+
+from navigate.body import RING_RADIUS, ROBOT_RADIUS, Pose, wrap
+from navigate.driving._doorframe import DoorFrame
+from navigate.driving._turning import turn_by, turn_rate
+from navigate.driving._view import STOP, DoorMissed, DoorShut, Manoeuvre, View, Wheels
+from navigate.maps import Passage
+
+DOOR_PATIENCE = 40.0
+"""Simulated seconds that the robot waits before a shut door."""
+
+BEYOND = 0.7
+"""Metres behind the line at which a door is passed: the place of a room."""
+
+APPROACH_SPEED, CREEP_SPEED = 0.3, 0.2
+OPEN_DEPTH = 0.35
+"""Metres behind the line that must be seen free for the door to count as open."""
+
+CLEAR = 0.2 + ROBOT_RADIUS - RING_RADIUS
+"""A front reading below this means that something is right ahead."""
+
+LINED_UP = 0.07
+"""Metres off the middle with which the robot may enter a door."""
+
+COMMITTED = -0.42
+"""Metres before the line at which the robot decides whether it is lined up."""
+
+TRIES = 3
+
+
+def pass_door(view: View, door: Passage, sign: float) -> Manoeuvre[View]:
+    """Pass ``door`` in the direction ``sign`` along its normal, up to `BEYOND` behind it.
+
+    Raises:
+        DoorShut: it is closed or obstructed, and stayed so.
+        DoorMissed: the robot did not get into line with it.
+    """
+    frame = DoorFrame(door, sign, view)
+    for attempt in range(TRIES):
+        if frame.locate(view.odom)[0] < COMMITTED + 0.1:
+            view = yield from _face(view, frame)
+            view = yield from _await_open(view, frame)
+        view = yield from _creep(view, frame, last=attempt == TRIES - 1)
+        if frame.locate(view.odom)[0] >= BEYOND - 0.02:
+            return view
+        view = yield from _retreat(view, frame)
+    raise DoorMissed(door.name)
+
+
+def _face(view: View, frame: DoorFrame) -> Manoeuvre[View]:
+    ahead, left, turned = frame.locate(view.odom)
+    aim = math.atan2(-left, max(0.5, -ahead)) if abs(left) > 0.05 else 0.0
+    return (yield from turn_by(view, wrap(0.6 * aim - turned)))
+
+
+def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
+    """Look with the front sonar until two readings running say that the door is open."""
+    began, sees_open = view.time, 0
+    while sees_open < 2:
+        if view.time - began > DOOR_PATIENCE:
+            raise DoorShut(frame.door.name, view.time - began)
+        if view.is_fresh(0):
+            sees_open = sees_open + 1 if _open(view, frame) else 0
+        view = yield STOP
+    return view
+
+
+def _open(view: View, frame: DoorFrame) -> bool:
+    distance = -frame.locate(view.odom)[0] - RING_RADIUS
+    return bool(view.ranges[0] > distance + OPEN_DEPTH)
+
+
+def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:
+    """Drive along the axis of the door; returns behind it, or before it when not in line."""
+    checked = frame.locate(view.odom)[0] > COMMITTED
+    while True:
+        frame.measure(view)
+        ahead, left, turned = frame.locate(view.odom)
+        if ahead >= BEYOND - 0.02:
+            return view
+        if not checked and ahead > COMMITTED:
+            checked = True
+            if abs(left) > (1.4 if last else 1.0) * LINED_UP:
+                return view
+        if view.ranges[0] < CLEAR and ahead < BEYOND - 0.2:
+            view = yield from _await_clear(view, frame)
+        else:
+            view = yield _steer(ahead, left, turned)
+
+
+def _steer(ahead: float, left: float, turned: float) -> Wheels:
+    inside = abs(ahead) < 0.35
+    limit = 0.12 if inside else 0.4
+    wanted = max(-limit, min(limit, -1.6 * left))
+    error = wrap(wanted - turned)
+    speed = CREEP_SPEED if -0.6 < ahead < 0.35 else APPROACH_SPEED
+    remaining = max(0.08, 1.2 * (BEYOND - ahead))
+    return Wheels(
+        min(speed, remaining) * max(0.0, 1.0 - abs(error) / 0.5),
+        turn_rate(error, top=0.8),
+        narrow=True,
+    )
+
+
+def _await_clear(view: View, frame: DoorFrame) -> Manoeuvre[View]:
+    """Something is right ahead: stop, and give it the time that a shut door gets."""
+    began = view.time
+    while view.ranges[0] < CLEAR:
+        if view.time - began > DOOR_PATIENCE:
+            view = yield from _retreat(view, frame)
+            raise DoorShut(frame.door.name, view.time - began)
+        view = yield STOP
+    return view
+
+
+def _retreat(view: View, frame: DoorFrame) -> Manoeuvre[View]:
+    """Back out to where a new try can begin, coming nearer to the axis on the way."""
+    began: Pose = view.odom
+    until = view.time + 6.0
+    while view.time < until and math.dist(began[:2], view.odom[:2]) < 0.45:
+        ahead, left, turned = frame.locate(view.odom)
+        if ahead < -0.75:
+            break
+        frame.measure(view)
+        error = wrap(max(-0.35, min(0.35, 2.0 * left)) - turned)
+        view = yield Wheels(-0.15, turn_rate(error, top=0.6), narrow=True)
+    return view

@@ -1,0 +1,294 @@
+"""The driver: a goal becomes a route, a route manoeuvres, and trouble recoveries.
+
+A pure state machine: `Driver.step` takes the view of one tick and gives the wheels. What it can
+master by itself it does not report as failure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from navigate.body import bump_direction
+from navigate.driving._doorpass import pass_door
+from navigate.driving._follow import Way, follow, way_through
+from navigate.driving._safety import guard
+from navigate.driving._turning import back_off, turn_by, wait
+from navigate.driving._view import (
+    STOP,
+    Astray,
+    Bumped,
+    DoorMissed,
+    DoorShut,
+    Manoeuvre,
+    Stuck,
+    Trouble,
+    View,
+    WayBlocked,
+    Wheels,
+)
+from navigate.maps import Passage, Point, frame
+from navigate.messages import NavigationFailure
+from navigate.routes import (
+    CERTAIN,
+    REMEMBER,
+    Memory,
+    NoRouteError,
+    Planner,
+    Step,
+    remaining,
+    side_of,
+)
+from xavier_sim.messages import Space
+
+ARRIVED = 0.1
+"""Metres from a goal in open floor that count as there."""
+
+ARRIVED_BEHIND_DOOR = 0.2
+"""The same right behind a door, whose jambs tell better than the map where the place is."""
+
+NO_PROGRESS_SECONDS = 75.0
+PROGRESS = 0.2
+BUMP_PAUSE = 0.5
+"""Seconds for which one contact counts as one bump."""
+
+SEARCH_SECONDS = 30.0
+TURN_BEFORE = 0.7
+"""Radians between two straight ways beyond which the robot slows down for the turn."""
+
+LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
+    Bumped: (6, NavigationFailure.BUMP),
+    DoorShut: (4, NavigationFailure.DOOR_BLOCKED),
+    DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
+    WayBlocked: (4, NavigationFailure.CORRIDOR_BLOCKED),
+    Stuck: (2, NavigationFailure.NO_PROGRESS),
+    Astray: (3, NavigationFailure.LOST),
+}
+"""How often each trouble is recovered from in one drive, and what the next one fails with."""
+
+
+class GoalFailedError(Exception):
+    """A drive ended without arriving; ``reason`` is its name on the bus."""
+
+    def __init__(self, reason: NavigationFailure, text: str) -> None:
+        self.reason, self.text = reason, text
+        super().__init__(text)
+
+
+@dataclass
+class Drive:
+    """What a drive has come to so far. ``failure`` and ``done`` tell how it ended."""
+
+    goal: Point
+    began: float
+    metres: float = 0.0
+    troubles: list[Trouble] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    done: bool = False
+    failure: GoalFailedError | None = None
+    nearest: float = math.inf
+    nearest_at: float = 0.0
+    bumped_at: float = -math.inf
+    course: Manoeuvre[None] | None = None
+
+
+class Driver:
+    """Drives to one goal at a time."""
+
+    def __init__(self, planner: Planner, memory: Memory) -> None:
+        self._planner, self._memory = planner, memory
+        self._view: View | None = None
+        self.drive: Drive | None = None
+
+    def start(self, goal: Point, view: View) -> Drive:
+        """Take on a goal in metres; the drive's fields tell how it goes."""
+        self._view = view
+        self.drive = drive = Drive(goal, view.time, nearest_at=view.time)
+        drive.course = self._run(drive, view)
+        self._advance(drive, None)
+        return drive
+
+    def cancel(self) -> None:
+        """Give the goal up and stand."""
+        if self.drive and self.drive.course:
+            self.drive.course.close()
+        self.drive = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is a goal under way."""
+        return self.drive is not None and not self.drive.done
+
+    def step(self, view: View) -> Wheels:
+        """Take in one tick and answer with the wheels."""
+        drive, before = self.drive, self._view
+        self._view = view
+        if drive is None or drive.done:
+            return STOP
+        if before is not None:
+            drive.metres += math.dist(before.odom[:2], view.odom[:2])
+        return guard(self._advance(drive, view), view)
+
+    def _advance(self, drive: Drive, view: View | None) -> Wheels:
+        course = drive.course
+        assert course is not None
+        try:
+            if view is None:
+                return next(course)
+            trouble = self._interrupt(drive, view)
+            return course.throw(trouble) if trouble else course.send(view)
+        except StopIteration:
+            drive.done = True
+        except GoalFailedError as failure:
+            drive.done, drive.failure = True, failure
+        return STOP
+
+    def _interrupt(self, drive: Drive, view: View) -> Trouble | None:
+        direction = bump_direction(view.bump)
+        if direction is not None and view.time - drive.bumped_at > BUMP_PAUSE:
+            drive.bumped_at = view.time
+            return Bumped(direction, view)
+        left = remaining(view.at, drive.steps)
+        if left < drive.nearest - PROGRESS:
+            drive.nearest, drive.nearest_at = left, view.time
+        if view.time - drive.nearest_at > NO_PROGRESS_SECONDS:
+            drive.nearest_at = view.time
+            return Stuck(NO_PROGRESS_SECONDS)
+        return None
+
+    def _run(self, drive: Drive, view: View) -> Manoeuvre[None]:
+        trouble: Trouble | None = None
+        while True:
+            try:
+                if trouble is not None:
+                    met, trouble = trouble, None
+                    view = yield from self._recover(drive, view, met)
+                view = yield from self._attempt(drive, view)
+            except Trouble as met:
+                trouble, view = met, self._latest(view)
+                _count(drive, met)
+            else:
+                return
+
+    def _latest(self, view: View) -> View:
+        return self._view or view
+
+    def _attempt(self, drive: Drive, view: View) -> Manoeuvre[View]:
+        """Plan from where the robot is, and drive the whole way."""
+        if not view.lost:
+            drive.steps = self._plan(drive, view)
+            drive.nearest, drive.nearest_at = math.inf, view.time
+        view = yield STOP
+        start, behind_door = view.at, False
+        while drive.steps:
+            _check(view)
+            step = drive.steps[0]
+            if step.door is not None:
+                view = yield from self._pass(view, step, step.door)
+            elif not _lined_up(view, drive.steps):
+                way = way_through(self._space(step), start, step.to)
+                view = yield from _go(view, way, drive.steps, behind_door=behind_door)
+            behind_door = step.door is not None
+            start = drive.steps.pop(0).to
+        _check(view)
+        return view
+
+    def _pass(self, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
+        view = yield from pass_door(view, door, side_of(door, step.to))
+        self._memory.opened(door.name)
+        return view
+
+    def _space(self, step: Step) -> Space:
+        return self._planner.floor.spaces[step.space]
+
+    def _plan(self, drive: Drive, view: View) -> list[Step]:
+        met = drive.troubles[-1] if drive.troubles else None
+        for age in (REMEMBER, CERTAIN):
+            try:
+                return self._planner.plan(
+                    view.at, drive.goal, self._memory.believed(view.time, age=age)
+                )
+            except NoRouteError as error:
+                why = error
+        if isinstance(met, DoorShut | WayBlocked):
+            raise GoalFailedError(LIMITS[type(met)][1], f"{met}, and there is no other way")
+        raise GoalFailedError(NavigationFailure.NO_ROUTE, str(why))
+
+    def _recover(self, drive: Drive, view: View, trouble: Trouble) -> Manoeuvre[View]:
+        drive.steps, drive.nearest_at = [], view.time
+        if isinstance(trouble, Bumped):
+            return (yield from back_off(view, trouble.direction))
+        if isinstance(trouble, DoorShut):
+            self._memory.shut(trouble.door, view.time)
+        elif isinstance(trouble, WayBlocked):
+            self._memory.blocked(trouble.at, view.time)
+        elif isinstance(trouble, Astray):
+            view = yield from _look_round(view)
+            self._memory.forget_since(drive.began)
+            return view
+        elif isinstance(trouble, Stuck):
+            return (yield from turn_by(view, math.pi / 2))
+        return (yield from wait(view, 0.5))
+
+
+def _go(view: View, way: Way, steps: list[Step], *, behind_door: bool) -> Manoeuvre[View]:
+    """Follow ``way``, the first of ``steps``."""
+    last = len(steps) == 1
+    tolerance = (ARRIVED_BEHIND_DOOR if behind_door else ARRIVED) if last else 0.12
+    ends = last or steps[1].door is not None or _turns(way.start, way.goal, steps[1].to)
+    if not ends:
+        tolerance = 0.3
+    return (yield from follow(view, way, tolerance=tolerance, ends=ends))
+
+
+def _check(view: View) -> None:
+    if view.lost:
+        raise Astray
+
+
+def _count(drive: Drive, trouble: Trouble) -> None:
+    """Count a trouble.
+
+    Raises:
+        GoalFailedError: there were too many of its kind.
+    """
+    drive.troubles.append(trouble)
+    most, reason = LIMITS[type(trouble)]
+    if sum(type(met) is type(trouble) for met in drive.troubles) > most:
+        raise GoalFailedError(reason, f"{trouble}, for the {most + 1}. time on this drive")
+
+
+def _look_round(view: View) -> Manoeuvre[View]:
+    """Turn and stand in turn until the position is found again.
+
+    Raises:
+        GoalFailedError: it was not, for `SEARCH_SECONDS`.
+    """
+    until = view.time + SEARCH_SECONDS
+    while view.lost:
+        if view.time > until:
+            raise GoalFailedError(NavigationFailure.LOST, f"{Astray()}, wherever it looks")
+        view = yield from wait(view, 1.5)
+        if view.lost:
+            view = yield from turn_by(view, 0.7)
+    return view
+
+
+def _lined_up(view: View, steps: list[Step]) -> bool:
+    """Whether the next step passes a door that the robot stands right before already."""
+    if len(steps) < 2 or steps[1].door is None:
+        return False
+    door: Passage = steps[1].door
+    ahead, left = frame(door, *view.at)
+    ahead *= side_of(door, steps[1].to)
+    return -1.3 < ahead < -0.55 and abs(left) < 0.15
+
+
+def _turns(start: Point, corner: Point, end: Point) -> bool:
+    into = math.atan2(corner[1] - start[1], corner[0] - start[0])
+    out = math.atan2(end[1] - corner[1], end[0] - corner[0])
+    short = math.dist(corner, end) < 0.05
+    return not short and abs((out - into + math.pi) % (2 * math.pi) - math.pi) > TURN_BEFORE
+
+
+__all__ = ["Drive", "Driver", "GoalFailedError"]

@@ -1,0 +1,54 @@
+"""Reactive safety: stop the wheels within the tick, whatever the driver wants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from navigate.body import NEAREST, RING_RADIUS, ROBOT_RADIUS
+from navigate.driving._view import STOP, View, Wheels
+
+BRAKES = 1.0
+"""Metres per second squared that the base can brake for sure."""
+
+KEEP_OFF = 0.06
+"""Metres to keep from what is ahead, at any speed."""
+
+NARROW_KEEP_OFF = 0.02
+
+
+def guard(wheels: Wheels, view: View) -> Wheels:
+    """Let ``wheels`` through, or no more of their speed than there is room to brake in.
+
+    A contact on the side that the robot drives to stops it at once.
+    """
+    if view.bump and _pushes(view.bump, wheels.speed):
+        return STOP
+    if wheels.speed <= 0.0:
+        return wheels
+    room = _room_ahead(view, narrow=wheels.narrow)
+    if wheels.speed**2 <= 2.0 * BRAKES * max(0.0, room):
+        return wheels
+    return Wheels(0.0, wheels.turn, wheels.narrow)
+
+
+def _room_ahead(view: View, *, narrow: bool) -> float:
+    """Metres to the nearest echo in the robot's lane."""
+    if narrow:
+        return _room(float(view.ranges[0]), NARROW_KEEP_OFF)
+    ahead, left = view.echoes[:, 0], view.echoes[:, 1]
+    lane = (ahead > 0.0) & (np.abs(left) < ROBOT_RADIUS)
+    nearest = float(ahead[lane].min(initial=np.inf))
+    return _room(nearest - RING_RADIUS, KEEP_OFF)
+
+
+def _room(reading: float, keep: float) -> float:
+    """Metres left before what a sonar ahead reads; the shortest reading may mean any less."""
+    if reading < NEAREST + 0.02:
+        return 0.0
+    return RING_RADIUS + reading - ROBOT_RADIUS - keep
+
+
+def _pushes(panels: int, speed: float) -> bool:
+    """Whether a pressed panel lies on the side that ``speed`` drives to (panel 0 is ahead)."""
+    front, back = 0b10000011, 0b00111000
+    return bool(panels & (front if speed > 0.0 else back if speed < 0.0 else 0xFF))

@@ -1,0 +1,114 @@
+"""What a manoeuvre sees at a control tick, what it answers, and what can interrupt it.
+
+A manoeuvre is a generator: it yields `Wheels`, is sent the next `View`, and returns when it is
+done. Interrupts are exceptions thrown into it; it may clean up, but not go on regardless.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from navigate.body import Pose
+from navigate.maps import Floats, Point
+
+Result = TypeVar("Result")
+
+
+class Wheels(NamedTuple):
+    """Wanted speed in m/s and turn rate in rad/s.
+
+    ``narrow`` says that the robot is in a door, where only what is straight ahead is an
+    obstacle: the jambs are meant to be near.
+    """
+
+    speed: float
+    turn: float
+    narrow: bool = False
+
+
+STOP = Wheels(0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """One tick as a manoeuvre sees it.
+
+    ``pose`` is believed, in the map frame, ``odom`` is dead reckoning. ``ranges`` has shape
+    (24,), metres from the ring, inf for no echo; ``fresh`` holds the bits of new readings.
+    ``echoes`` are what was heard around lately, shape (n, 2), metres ahead and left.
+    """
+
+    time: float
+    pose: Pose
+    odom: Pose
+    ranges: Floats
+    fresh: int
+    bump: int
+    echoes: Floats
+    lost: bool = False
+
+    @property
+    def at(self) -> Point:
+        """The believed position."""
+        return (self.pose[0], self.pose[1])
+
+    def is_fresh(self, sonar: int) -> bool:
+        """Whether the reading of a sonar is new at this tick."""
+        return bool(self.fresh >> sonar & 1)
+
+
+Manoeuvre = Generator[Wheels, View, Result]
+
+
+class Trouble(Exception):  # noqa: N818 -- an event on the way, not an error of the program
+    """Something that ends a manoeuvre before its goal; the driver decides what comes next."""
+
+
+class Bumped(Trouble):
+    """The robot touched something; ``direction`` is radians to the left of ahead."""
+
+    def __init__(self, direction: float, view: View) -> None:
+        self.direction, self.view = direction, view
+        super().__init__(f"touched something {math.degrees(direction):.0f} degrees to the left")
+
+
+class DoorShut(Trouble):
+    """A door did not open in time, or somebody stands in it."""
+
+    def __init__(self, door: str, seconds: float) -> None:
+        self.door, self.seconds = door, seconds
+        super().__init__(f"door {door} stayed shut for {seconds:.0f} s")
+
+
+class DoorMissed(Trouble):
+    """The robot could not line itself up with a door."""
+
+    def __init__(self, door: str) -> None:
+        self.door = door
+        super().__init__(f"could not get into line with door {door}")
+
+
+class WayBlocked(Trouble):
+    """Something stands in the way, near ``at``, and does not go away."""
+
+    def __init__(self, at: Point) -> None:
+        self.at = at
+        super().__init__(f"the way is blocked near ({at[0]:.1f}, {at[1]:.1f})")
+
+
+class Stuck(Trouble):
+    """No progress was made for ``seconds``."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        super().__init__(f"came no nearer for {seconds:.0f} s")
+
+
+class Astray(Trouble):
+    """The position estimate fell apart."""
+
+    def __init__(self) -> None:
+        super().__init__("the sonars contradict the map where the robot believes to be")

@@ -1,0 +1,267 @@
+"""Where the robot is: a particle filter over odometry and sonar.
+
+Each particle carries a pose and its own guess of how the heading drifts by the metre. The
+sonar model knows that cones are wide, that a door may be open or shut, that echoes glance off
+or come from nowhere, and that neighbouring readings err together: likelihoods are tempered.
+After Thrun, Burgard & Fox, Probabilistic Robotics, chapters 6.3 and 8.3, with resampling of low
+variance and roughening.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from navigate.body import BEARINGS, RING_RADIUS, Motion, Pose, fresh_sonars, wrap
+from navigate.maps import Floats, Floor, inset
+from navigate.position._expected import REACH, ExpectedRanges
+from xavier_sim.messages import Space
+
+PARTICLES = 250
+DRIFT = 0.006
+"""Spread of the heading drift of a base, radians per metre."""
+
+METRE_NOISE = 0.03
+"""Doubt about the distance: metres per square root of a metre."""
+
+SCALE_NOISE = 0.02
+"""Doubt about the distance: metres per metre, for every step anew."""
+
+HEADING_NOISE = 0.012
+"""Doubt about the heading: radians per square root of a metre."""
+
+TURN_NOISE = 0.02
+"""Doubt about a turn: radians per square root of a radian."""
+
+RANGE_SIGMA = 0.11
+"""Doubt about an expected range, metres: the map's errors, the table's cells, the noise."""
+
+TEMPER = 0.45
+"""Exponent of a reading's likelihood: the errors of neighbouring readings go together."""
+
+STILL_TEMPER = 0.02
+"""The same while the robot stands, when every reading says again what the last one said."""
+
+OPEN_SHARE, SHUT_SHARE, STRAY_SHARE = 0.58, 0.22, 0.20
+AGREES = 0.35
+"""Metres within which a reading speaks for the estimate."""
+
+MEMORY = 0.012
+"""Weight of a new reading in the running share of readings that agree."""
+
+LOST_AGREEMENT = 0.5
+LOST_DEVIATION = 1.2
+FOUND_AGREEMENT = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A believed pose in the map frame, with standard deviations in metres and radians.
+
+    ``agreement`` is the running share of sonar readings that fit the map there, 0 to 1.
+    """
+
+    x: float
+    y: float
+    theta: float
+    deviation: float
+    heading_deviation: float
+    agreement: float
+
+    @property
+    def pose(self) -> Pose:
+        """x, y, theta."""
+        return (self.x, self.y, self.theta)
+
+
+class Estimator:
+    """The filter. It is deterministic: the same seed and inputs give the same estimates."""
+
+    def __init__(self, floor: Floor, *, seed: int = 0, particles: int = PARTICLES) -> None:
+        self._floor = floor
+        self._expected = ExpectedRanges(floor)
+        self._random = np.random.default_rng(seed)
+        self._count = particles
+        start = floor.plan.start
+        self.agreement = 1.0
+        self._set_all(start.x, start.y, floor.plan.start_heading)
+        self.place((start.x, start.y, floor.plan.start_heading))
+
+    def place(self, pose: Pose, *, spread: float = 0.05, turn_spread: float = 0.03) -> None:
+        """Believe to be at ``pose``, give or take: standard deviations in metres and radians."""
+        draw = self._random.standard_normal((4, self._count))
+        self._set_all(*pose)
+        self._x += spread * draw[0]
+        self._y += spread * draw[1]
+        self._theta += turn_spread * draw[2]
+        self._drift += DRIFT * draw[3]
+        self.agreement = 1.0
+        self._estimate = self._average()
+
+    def widen(self, *, spread: float, turn_spread: float) -> None:
+        """Doubt the position more: somebody may have moved the robot unseen."""
+        draw = self._random.standard_normal((2, 2, self._count))
+        self._x += spread * draw[0, 0]
+        self._y += spread * draw[0, 1]
+        self._theta += turn_spread * draw[1, 0]
+        self._estimate = self._average()
+
+    def move(self, motion: Motion) -> None:
+        """Move all particles as odometry says, with the doubts above."""
+        if motion.still():
+            return
+        draw = self._random.standard_normal((3, self._count))
+        metres, root = motion.metres, math.sqrt(motion.metres)
+        ahead = motion.ahead + (METRE_NOISE * root + SCALE_NOISE * metres) * draw[0]
+        turn = motion.turn - self._drift * metres + HEADING_NOISE * root * draw[1]
+        turn += TURN_NOISE * math.sqrt(abs(motion.turn)) * draw[2]
+        heading = self._theta + turn / 2
+        cos, sin = np.cos(heading), np.sin(heading)
+        self._x += ahead * cos - motion.aside * sin
+        self._y += ahead * sin + motion.aside * cos
+        self._theta += turn
+        self._estimate = self._average()
+
+    def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
+        """Weigh the particles by the fresh ones of 24 ``ranges`` (metres from the ring)."""
+        heard = [number for number in fresh_sonars(fresh) if math.isfinite(ranges[number])]
+        if not heard:
+            return
+        weights = self._log_likelihood(ranges[heard], BEARINGS[heard])
+        self._weights += weights * (STILL_TEMPER if still else TEMPER)
+        self._weights -= self._weights.max()
+        self._judge(ranges[heard], BEARINGS[heard], still=still)
+        shares = np.exp(self._weights)
+        if shares.sum() ** 2 < 0.5 * self._count * (shares @ shares):
+            self._resample(shares)
+        self._estimate = self._average()
+
+    @property
+    def estimate(self) -> Estimate:
+        """What is believed now."""
+        return self._estimate
+
+    @property
+    def lost(self) -> bool:
+        """Whether the sonars contradict the estimate persistently, or it is spread too wide."""
+        return self.agreement < LOST_AGREEMENT or self._estimate.deviation > LOST_DEVIATION
+
+    def mass_near(self, x: float, y: float, *, within: float) -> float:
+        """The share of belief that lies ``within`` metres of a point, 0 to 1."""
+        shares = np.exp(self._weights)
+        near = np.hypot(self._x - x, self._y - y) <= within
+        return float(shares[near].sum() / shares.sum())
+
+    def fit(self, pose: Pose, ranges: Floats) -> float:
+        """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
+        heard = np.flatnonzero(np.isfinite(ranges))
+        if len(heard) == 0:
+            return 0.0
+        return float(self._agreeing(pose, ranges[heard], BEARINGS[heard]).mean())
+
+    def recover(self, ranges: Floats, *, radius: float) -> bool:
+        """Search poses within ``radius`` metres for those that fit the whole ring of readings.
+
+        Returns:
+            Whether the best of them fit well enough to go on with.
+        """
+        heard = np.flatnonzero(np.isfinite(ranges))
+        if len(heard) == 0:
+            return False
+        self._scatter(radius, count=8 * self._count)
+        weights = self._log_likelihood(ranges[heard], BEARINGS[heard])
+        self._weights = weights - weights.max()
+        self._resample(np.exp(0.7 * self._weights))
+        self._estimate = self._average()
+        fits = self.fit(self._estimate.pose, ranges)
+        found = fits >= FOUND_AGREEMENT and self._estimate.deviation < LOST_DEVIATION
+        self.agreement = fits if found else 0.0
+        return found
+
+    def _set_all(self, x: float, y: float, theta: float) -> None:
+        self._x, self._y = np.full(self._count, x), np.full(self._count, y)
+        self._theta = np.full(self._count, theta)
+        self._drift, self._weights = np.zeros(self._count), np.zeros(self._count)
+
+    def _scatter(self, radius: float, *, count: int) -> None:
+        here = self._estimate
+        spots = _free_spots(self._floor, self._random, here, radius, count)
+        self._x, self._y = spots[:, 0].copy(), spots[:, 1].copy()
+        self._theta = here.theta + 0.25 * self._random.standard_normal(len(spots))
+        self._drift = DRIFT * self._random.standard_normal(len(spots))
+
+    def _log_likelihood(self, ranges: Floats, bearings: Floats) -> Floats:
+        """Log likelihoods of readings, summed per particle: shape (particles,)."""
+        look = self._theta[:, None] + bearings
+        opened, shut = self._expected.at(
+            self._x[:, None] + RING_RADIUS * np.cos(look),
+            self._y[:, None] + RING_RADIUS * np.sin(look),
+            look,
+        )
+        seen = np.minimum(ranges, REACH)
+        scale = -0.5 / (RANGE_SIGMA + 0.02 * seen) ** 2
+        fit = OPEN_SHARE * np.exp(scale * (seen - opened) ** 2)
+        fit += SHUT_SHARE * np.exp(scale * (seen - shut) ** 2)
+        return np.asarray(np.log(fit + STRAY_SHARE * 0.2).sum(axis=1))
+
+    def _judge(self, ranges: Floats, bearings: Floats, *, still: bool) -> None:
+        memory = MEMORY * (0.3 if still else 1.0)
+        for agrees in self._agreeing(self._estimate.pose, ranges, bearings).tolist():
+            self.agreement += memory * (agrees - self.agreement)
+
+    def _agreeing(self, pose: Pose, ranges: Floats, bearings: Floats) -> Floats:
+        look = pose[2] + bearings
+        x, y = pose[0] + RING_RADIUS * np.cos(look), pose[1] + RING_RADIUS * np.sin(look)
+        seen = np.minimum(ranges, REACH)
+        fits = [np.abs(seen - guess) < AGREES for guess in self._expected.at(x, y, look)]
+        return np.asarray(fits[0] | fits[1], dtype=np.float64)
+
+    def _resample(self, shares: Floats) -> None:
+        """Draw particles anew in proportion to their weights, and roughen the copies."""
+        points = (self._random.random() + np.arange(self._count)) / self._count
+        chosen = np.searchsorted(np.cumsum(shares / shares.sum()), points)
+        chosen = chosen.clip(max=len(shares) - 1)
+        draw = self._random.standard_normal((4, self._count))
+        self._x = self._x[chosen] + 0.008 * draw[0]
+        self._y = self._y[chosen] + 0.008 * draw[1]
+        self._theta = self._theta[chosen] + 0.003 * draw[2]
+        self._drift = self._drift[chosen] + 0.0003 * draw[3]
+        self._weights = np.zeros(self._count)
+
+    def _average(self) -> Estimate:
+        shares = np.exp(self._weights)
+        shares /= shares.sum()
+        x, y = float(shares @ self._x), float(shares @ self._y)
+        spread = shares @ ((self._x - x) ** 2 + (self._y - y) ** 2)
+        cos, sin = float(shares @ np.cos(self._theta)), float(shares @ np.sin(self._theta))
+        length = min(1.0, math.hypot(cos, sin))
+        turn_spread = math.sqrt(max(0.0, -2.0 * math.log(max(length, 1e-9))))
+        theta = wrap(math.atan2(sin, cos))
+        return Estimate(x, y, theta, math.sqrt(float(spread)), turn_spread, self.agreement)
+
+
+def _free_spots(
+    floor: Floor, random: np.random.Generator, here: Estimate, radius: float, count: int
+) -> Floats:
+    """Points (count, 2), even over the free floor within ``radius`` metres of ``here``."""
+    boxes = [_clip(space, here, radius) for space in floor.plan.spaces]
+    sound = np.array([box for box in boxes if box[2] > box[0] and box[3] > box[1]])
+    if len(sound) == 0:
+        return np.tile([here.x, here.y], (count, 1))
+    areas = (sound[:, 2] - sound[:, 0]) * (sound[:, 3] - sound[:, 1])
+    box = sound[random.choice(len(sound), size=count, p=areas / areas.sum())]
+    return np.asarray(box[:, :2] + random.random((count, 2)) * (box[:, 2:] - box[:, :2]))
+
+
+def _clip(space: Space, here: Estimate, radius: float) -> tuple[float, float, float, float]:
+    margin = 0.25
+    if inset(space, here.x, here.y) < -radius:
+        return (0.0, 0.0, 0.0, 0.0)
+    return (
+        max(space.low.x + margin, here.x - radius),
+        max(space.low.y + margin, here.y - radius),
+        min(space.high.x - margin, here.x + radius),
+        min(space.high.y - margin, here.y + radius),
+    )

@@ -1,0 +1,21 @@
+"""Which way to go: the topological graph, A* over it, and what stands in the way."""
+
+from navigate.routes._distances import Distances, as_table
+from navigate.routes._graph import show_point
+from navigate.routes._hindrances import CERTAIN, REMEMBER, Memory
+from navigate.routes._routes import NoRouteError, Planner, Step, describe, remaining, side_of
+
+__all__ = [
+    "CERTAIN",
+    "REMEMBER",
+    "Distances",
+    "Memory",
+    "NoRouteError",
+    "Planner",
+    "Step",
+    "as_table",
+    "describe",
+    "remaining",
+    "show_point",
+    "side_of",
+]

@@ -1,0 +1,259 @@
+"""Routes over the graph: A* by time, round doors and places believed to be blocked."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from navigate.maps import Floor, Passage, Point, frame
+from navigate.messages import Route
+from navigate.routes._graph import (
+    CRUISE,
+    Graph,
+    Link,
+    Node,
+    build_graph,
+    show_point,
+    straight,
+)
+
+BLOCKED_BERTH = 0.9
+"""Metres to keep a route from a point where something stood in the way."""
+
+
+class NoRouteError(LookupError):
+    """The map has no way there, or none that is not believed to be blocked."""
+
+    def __init__(self, goal: Point, why: str) -> None:
+        self.goal, self.why = goal, why
+        super().__init__(f"no route to {show_point(goal)}: {why}")
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Go straight to ``to``, which lies in ``space``; through ``door`` if there is one."""
+
+    to: Point
+    space: str
+    metres: float
+    seconds: float
+    door: Passage | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Hindrances:
+    """What is believed to be in the way: doors that are closed, points that are occupied."""
+
+    doors: frozenset[str] = frozenset()
+    points: tuple[Point, ...] = ()
+
+    def stops(self, link: Link, one: Point, other: Point) -> bool:
+        """Whether the link between two points is believed to be blocked."""
+        return link.door in self.doors or self.lie_between(one, other)
+
+    def lie_between(self, one: Point, other: Point) -> bool:
+        """Whether an occupied point lies on the straight way between two points."""
+        return any(_off_segment(point, one, other) < BLOCKED_BERTH for point in self.points)
+
+    def lie_ahead(self, start: Point, other: Point) -> bool:
+        """The same for a robot at ``start``, which may be near such a point if it leaves it."""
+        return any(
+            _off_segment(point, start, other) < min(BLOCKED_BERTH, math.dist(point, start) - 0.05)
+            for point in self.points
+        )
+
+
+@dataclass
+class _Search:
+    """A* from one end to the other; nodes -1 and -2 are the start and the goal."""
+
+    graph: Graph
+    goal: Point
+    entries: dict[int, float]
+    exits: dict[int, float]
+    free: Callable[[Link], bool]
+    best: dict[int, float] = field(default_factory=dict)
+    before: dict[int, tuple[int, Link | None]] = field(default_factory=dict)
+
+    def run(self) -> list[tuple[int, Link | None]]:
+        """The nodes of the best way with the links that lead to them; empty when there is none."""
+        queue: list[tuple[float, int]] = []
+        for node, seconds in self.entries.items():
+            self._reach(queue, node, seconds, (-1, None))
+        done: set[int] = set()
+        while queue:
+            _, node = heapq.heappop(queue)
+            if node == -2:
+                return self._trace()
+            if node in done:
+                continue
+            done.add(node)
+            self._expand(queue, node)
+        return []
+
+    def _expand(self, queue: list[tuple[float, int]], node: int) -> None:
+        for other, link in self.graph.around[node]:
+            if self.free(link):
+                self._reach(queue, other, self.best[node] + link.seconds, (node, link))
+        if node in self.exits:
+            self._reach(queue, -2, self.best[node] + self.exits[node], (node, None))
+
+    def _reach(
+        self,
+        queue: list[tuple[float, int]],
+        node: int,
+        seconds: float,
+        how: tuple[int, Link | None],
+    ) -> None:
+        if seconds < self.best.get(node, math.inf):
+            self.best[node], self.before[node] = seconds, how
+            ahead = 0.0 if node == -2 else math.dist(self.graph.nodes[node].at, self.goal) / CRUISE
+            heapq.heappush(queue, (seconds + ahead, node))
+
+    def _trace(self) -> list[tuple[int, Link | None]]:
+        way: list[tuple[int, Link | None]] = []
+        node, _ = self.before[-2]
+        while node != -1:
+            previous, link = self.before[node]
+            way.append((node, link))
+            node = previous
+        return way[::-1]
+
+
+class Planner:
+    """Plans routes on a floor."""
+
+    def __init__(self, floor: Floor) -> None:
+        self.floor = floor
+        self.graph = build_graph(floor)
+
+    def plan(self, start: Point, goal: Point, hindrances: Hindrances | None = None) -> list[Step]:
+        """The fastest way from ``start`` to ``goal``, both in metres.
+
+        Raises:
+            NoRouteError: ``goal`` lies in no free space, or every way there is blocked.
+        """
+        if self.floor.space_at(*goal) is None:
+            raise NoRouteError(goal, "that lies in no space of the floor")
+        if not self.floor.free(*goal, clearance=0.2):
+            raise NoRouteError(goal, "there is no room for the robot")
+        blocked = hindrances or Hindrances()
+        if self.is_direct(start, goal, blocked):
+            return [_step(start, goal, self.floor.space_nearest(*goal).name)]
+        steps = self._search(start, goal, blocked)
+        if not steps:
+            raise NoRouteError(goal, _why(blocked))
+        return steps
+
+    def is_reachable(self, goal: Point) -> bool:
+        """Whether the robot could stand at a point at all."""
+        return self.floor.space_at(*goal) is not None and self.floor.free(*goal, clearance=0.2)
+
+    def is_direct(self, start: Point, goal: Point, blocked: Hindrances) -> bool:
+        """Whether the way is straight, within one space, and nothing is in it."""
+        begins, ends = self.space_of(start), self.floor.space_nearest(*goal).name
+        return begins == ends and not blocked.lie_ahead(start, goal)
+
+    def space_of(self, start: Point) -> str | None:
+        """The space that a robot is in, None when it stands in the frame of a door."""
+        in_frame = self.floor.doorway_at(*start) is not None
+        return None if in_frame else self.floor.space_nearest(*start).name
+
+    def is_open(self, link: Link, blocked: Hindrances) -> bool:
+        """Whether a link of the graph can be gone."""
+        nodes = self.graph.nodes
+        return not blocked.stops(link, nodes[link.one].at, nodes[link.other].at)
+
+    def ways_in(self, start: Point, blocked: Hindrances) -> dict[int, float]:
+        """Seconds from a point to the nodes that are seen from there, by their indices."""
+        return self._costs(start, self._entries(start), blocked)
+
+    def ways_out(self, goal: Point, blocked: Hindrances) -> dict[int, float]:
+        """Seconds to a point from the nodes that are seen from there, by their indices."""
+        ends = self.floor.space_nearest(*goal).name
+        return self._costs(goal, self.graph.at.get(ends, []), blocked)
+
+    def _search(self, start: Point, goal: Point, blocked: Hindrances) -> list[Step]:
+        search = _Search(
+            self.graph,
+            goal,
+            entries=self.ways_in(start, blocked),
+            exits=self.ways_out(goal, blocked),
+            free=lambda link: self.is_open(link, blocked),
+        )
+        steps, at, door = [], start, self.floor.doorway_at(*start)
+        for node, link in search.run():
+            steps.append(self._taken(at, self.graph.nodes[node], link, door))
+            at, door = self.graph.nodes[node].at, None
+        ends = self.floor.space_nearest(*goal).name
+        return [*steps, _step(at, goal, ends)] if steps else []
+
+    def _entries(self, start: Point) -> Iterable[int]:
+        door = self.floor.doorway_at(*start)
+        if door is not None:
+            return (i for i, node in enumerate(self.graph.nodes) if node.passage == door.name)
+        return self.graph.at.get(self.floor.space_nearest(*start).name, [])
+
+    def _costs(self, point: Point, nodes: Iterable[int], blocked: Hindrances) -> dict[int, float]:
+        spots = ((i, self.graph.nodes[i].at) for i in nodes)
+        return {
+            i: straight(math.dist(point, at)) for i, at in spots if not blocked.lie_ahead(point, at)
+        }
+
+    def _taken(self, at: Point, node: Node, link: Link | None, door: Passage | None) -> Step:
+        """The step to a node; out of a door's frame it counts as passing that door."""
+        through = self.floor.doors[link.door] if link and link.door else door
+        metres = math.dist(at, node.at)
+        seconds = link.seconds if link else straight(metres)
+        return Step(node.at, node.space, metres, seconds, through)
+
+
+def describe(start: Point, steps: list[Step]) -> Route:
+    """A route as the message that `PlanRoute` answers with."""
+    via: list[str] = []
+    for step in steps:
+        via += [step.door.name] if step.door else []
+        via += [step.space] if not via or via[-1] != step.space else []
+    points = [start] + [step.to for step in steps if step.metres > 0.01]
+    return Route(
+        points=[(round(x, 3), round(y, 3)) for x, y in points],
+        via=list(dict.fromkeys(via)),
+        metres=round(sum(step.metres for step in steps), 2),
+        seconds=round(sum(step.seconds for step in steps), 1),
+    )
+
+
+def remaining(at: Point, steps: list[Step]) -> float:
+    """Metres left to go from ``at`` over ``steps``."""
+    if not steps:
+        return 0.0
+    return math.dist(at, steps[0].to) + sum(step.metres for step in steps[1:])
+
+
+def side_of(door: Passage, at: Point) -> float:
+    """-1.0 on the side of the door's first space, 1.0 on the other."""
+    return 1.0 if frame(door, *at)[0] > 0.0 else -1.0
+
+
+def _why(blocked: Hindrances) -> str:
+    met = [f"door {name}" for name in sorted(blocked.doors)]
+    met += [f"({x:.1f}, {y:.1f})" for x, y in blocked.points]
+    if not met:
+        return "the floor is closed off there"
+    return f"every way there is blocked, as was seen lately at {', '.join(met)}"
+
+
+def _step(start: Point, goal: Point, space: str) -> Step:
+    metres = math.dist(start, goal)
+    return Step(goal, space, metres, straight(metres))
+
+
+def _off_segment(point: Point, one: Point, other: Point) -> float:
+    """Metres from a point to a straight way."""
+    dx, dy = other[0] - one[0], other[1] - one[1]
+    square = dx * dx + dy * dy
+    part = ((point[0] - one[0]) * dx + (point[1] - one[1]) * dy) / square if square else 0.0
+    part = min(1.0, max(0.0, part))
+    return math.dist(point, (one[0] + part * dx, one[1] + part * dy))

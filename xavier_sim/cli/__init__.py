@@ -1,0 +1,7 @@
+"""The command line ``xavier``."""
+
+from xavier_sim.cli._app import main
+
+__all__ = [
+    "main",
+]

@@ -1,0 +1,195 @@
+"""The command line ``xavier``."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from tca_bus import ConfigError, configure_logging
+from tca_bus.cli import (
+    DEFAULT_FLAGS,
+    BusFlags,
+    bus_options,
+    emit_json,
+    make_app,
+    run_app,
+)
+from xavier_sim.cli._world import COMMANDS
+from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yaml, survey_floor
+from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
+from xavier_sim.profile import XAVIER, XAVIER_CRUISE, BatteryProfile, RobotProfile
+from xavier_sim.running import RobotModule, RobotState, SimClock, parse_speed
+from xavier_sim.snapshots import SnapshotFile, write_atomically
+from xavier_sim.world import World
+
+app = make_app("xavier", help="The simulated robot, the office round it, and its speech board.")
+
+Share = Annotated[float, Parameter(validator=Number(gte=0.0, lte=1.0))]
+Data = Annotated[Path | None, Parameter(env_var="TCA_DATA")]
+
+
+@app.command
+async def run(
+    *,
+    map: str = DEFAULT_FLOOR,  # noqa: A002 - the flag is --map
+    seed: int = 0,
+    speed: str = "1",
+    battery: float | None = None,
+    data: Data = None,
+    epoch: str | None = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the simulated robot until it is stopped.
+
+    Args:
+        map: Floor plan: the name of a floor that comes with it, or a YAML file.
+        seed: Seed of all noise, 0 or more.
+        speed: Simulated seconds per second, or "max" for lockstep with the driver.
+        battery: Hours that a full battery lasts standing, or half of them driving; it needs no
+            charging when not given.
+        data: Folder to keep the world in, so that a restarted one goes on.
+        epoch: Simulated time at the start, ISO 8601; now when not given.
+        flags: Where the bus is.
+    """
+    configure_logging("xavier", level=flags.level, json=flags.json)
+    state, store = open_world(map, seed, speed, data, epoch, battery=battery)
+    await RobotModule(state, store, bus_options(flags)).run()
+
+
+@app.command
+async def speech(
+    *,
+    people: Literal["auto", "keyboard"] = "auto",
+    seed: int = 0,
+    silence: Share = 0.05,
+    silent_people: Share = 0.0,
+    away: Share = 0.0,
+    missing_items: Share = 0.0,
+    data: Data = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the speech board and the keyboard until they are stopped.
+
+    Args:
+        people: Who answers: simulated people, or whoever sits at this terminal.
+        seed: Seed of what the simulated people do, 0 or more.
+        silence: Share of questions that the simulated people leave unanswered, 0 to 1.
+        silent_people: Share of the people who never answer a robot.
+        away: Share of the time that somebody is out of their room.
+        missing_items: Share of the items that are not where they are to be picked up.
+        data: Folder to keep what was said in, so that a restarted one does nothing twice.
+        flags: Where the bus is.
+    """
+    configure_logging("speech", level=flags.level, json=flags.json)
+    module = SpeechModule(bus_options(flags), RecordFile(data))
+    if people == "auto":
+        habits = Habits(
+            silence=silence, silent_people=silent_people, away=away, missing_items=missing_items
+        )
+        await module.run(SimulatedPeople(module, seed=_seed(seed), habits=habits))
+        return
+    # A file of its own: the interpreter cannot end while a thread holds the lock of sys.stdin.
+    async with Keyboard(os.fdopen(os.dup(0)), sys.stdout) as keyboard:
+        await module.run(Typist(module.module, keyboard))
+
+
+@app.command
+def survey(
+    floor: str,
+    /,
+    *,
+    seed: int = 0,
+    sigma: float = 0.03,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Write the plan of a floor with the small errors of a survey, for a navigator.
+
+    Args:
+        floor: Floor plan: the name of a floor that comes with it, or a YAML file.
+        seed: Seed of the errors, 0 or more.
+        sigma: Standard deviation of the errors of walls and doors, metres.
+        output: File to write.
+        flags: Shared flags; no bus is needed.
+    """
+    if not 0.0 <= sigma <= 0.2:
+        raise ConfigError("--sigma", sigma, "metres from 0 to 0.2")
+    surveyed = survey_floor(load_floor(floor), sigma=sigma, seed=_seed(seed))
+    title = f"# {surveyed.name} as surveyed: walls and doors are off by about {sigma:g} m"
+    note = "metres, x east, y north"
+    write_atomically(output, f"{title}; {note}.\n{plan_to_yaml(surveyed)}")
+    if flags.json:
+        emit_json({"floor": surveyed.name, "sigma": sigma, "seed": seed, "output": str(output)})
+
+
+def open_world(
+    floor: str,
+    seed: int,
+    speed: str,
+    data: Path | None,
+    epoch: str | None,
+    *,
+    battery: float | None = None,
+) -> tuple[RobotState, SnapshotFile | None]:
+    """Make the world that the flags of ``xavier run`` name, or go on with the one in ``data``.
+
+    Raises:
+        ConfigError: a flag cannot be used.
+        FloorError: the floor plan is wrong.
+        SnapshotError: what lies in the data folder is no world of this floor.
+    """
+    pace = parse_speed(speed)
+    start = _epoch(epoch)
+    plan = load_floor(str(find_floor(floor)))
+    world = World(plan, _seed(seed), _with_battery(battery))
+    state = RobotState(world, SimClock(start), speed=pace)
+    if data is None:
+        return state, None
+    store = SnapshotFile(data)
+    saved = store.load(floor=plan.name)
+    if saved is not None:
+        follows_wall = pace == 1.0 and epoch is None
+        state.restore(saved, at_least=start if follows_wall else 0.0)
+    return state, store
+
+
+def _seed(seed: int) -> int:
+    if seed < 0:
+        raise ConfigError("--seed", seed, "0 or more")
+    return seed
+
+
+def _with_battery(hours: float | None) -> RobotProfile:
+    if hours is None:
+        return XAVIER
+    if not 0.0 < hours < math.inf:
+        raise ConfigError("--battery", hours, "hours above 0")
+    seconds = 3600.0 * hours
+    battery = BatteryProfile(standing_seconds=seconds, metres=seconds * XAVIER_CRUISE)
+    return XAVIER.model_copy(update={"battery": battery})
+
+
+def _epoch(text: str | None) -> float:
+    if text is None:
+        return time.time()
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except ValueError:
+        raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
+
+
+for command in COMMANDS:
+    app.command(command)
+
+
+def main() -> None:
+    """Run the command line."""
+    run_app(app)

@@ -1,0 +1,19 @@
+"""Floors: from files, checked, as geometry, and as a survey measures them."""
+
+from xavier_sim.floors._floor import DEFAULT_FLOOR, find_floor, load_floor
+from xavier_sim.floors._floor_checks import FloorError
+from xavier_sim.floors._geometry import WALL_RADIUS, Geometry, build_geometry, space_at
+from xavier_sim.floors._survey import plan_to_yaml, survey_floor
+
+__all__ = [
+    "DEFAULT_FLOOR",
+    "WALL_RADIUS",
+    "FloorError",
+    "Geometry",
+    "build_geometry",
+    "find_floor",
+    "load_floor",
+    "plan_to_yaml",
+    "space_at",
+    "survey_floor",
+]

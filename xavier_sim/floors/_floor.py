@@ -1,0 +1,93 @@
+"""Floor plans from YAML files: read, checked, and explained when they are wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from tca_bus import did_you_mean
+from xavier_sim.floors._floor_checks import FloorError, check_floor
+from xavier_sim.messages import FloorPlan
+
+FLOORS = Path(__file__).parent
+"""The floors that come with the package, one file each."""
+
+DEFAULT_FLOOR = "wean5"
+
+
+def floor_names() -> list[str]:
+    """The names of the floors that come with the package."""
+    return sorted(path.stem for path in FLOORS.glob("*.yaml"))
+
+
+def find_floor(floor: str) -> Path:
+    """The file of a floor, given its name or a path.
+
+    Raises:
+        FloorError: there is no such file and no floor of that name.
+    """
+    if floor in floor_names():
+        return FLOORS / f"{floor}.yaml"
+    path = Path(floor)
+    if path.is_file():
+        return path
+    near = did_you_mean(floor, floor_names())
+    expected = f"a floor plan file or one of {', '.join(floor_names())}.{near}"
+    raise FloorError(floor, "map", floor, expected)
+
+
+def load_floor(floor: str = DEFAULT_FLOOR) -> FloorPlan:
+    """Read and check a floor plan.
+
+    Args:
+        floor: the name of a floor of the package, or a path to a YAML file.
+
+    Raises:
+        FloorError: it cannot be read, is no YAML, or describes no possible floor; the error
+            names file, item, value and what was expected.
+    """
+    path = find_floor(floor)
+    plan = _validate(str(path), _read_yaml(path))
+    check_floor(str(path), plan)
+    return plan
+
+
+def _read_yaml(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise FloorError(str(path), "file", error, "a readable UTF-8 text file") from error
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "file"
+        raise FloorError(str(path), where, error.problem, "valid YAML") from error
+    except yaml.YAMLError as error:
+        raise FloorError(str(path), "file", error, "valid YAML") from error
+
+
+def _validate(file: str, data: Any) -> FloorPlan:
+    if not isinstance(data, dict):
+        raise FloorError(file, "top level", type(data).__name__, "a mapping with spaces and doors")
+    try:
+        return FloorPlan.model_validate(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        item = _item_name(data, first["loc"])
+        if first["type"] == "missing":
+            raise FloorError(file, item, None, "a value") from error
+        expected = first["msg"].removeprefix("Input should be ")
+        raise FloorError(file, item, first["input"], expected) from error
+
+
+def _item_name(data: dict[str, Any], location: tuple[int | str, ...]) -> str:
+    """The field at ``location``, with the name of the space or door that it belongs to."""
+    field = ".".join(str(part) for part in location)
+    match location:
+        case (str(section), int(index), *_):
+            entry = data[section][index]
+            name = entry.get("name") if isinstance(entry, dict) else None
+            return f"{field} ({name})" if isinstance(name, str) else field
+    return field

@@ -1,0 +1,13 @@
+"""The world as it runs on the bus: in lockstep or by the wall clock."""
+
+from xavier_sim.running._pacing import parse_speed
+from xavier_sim.running._robot_module import RobotModule
+from xavier_sim.running._robot_state import RobotState
+from xavier_sim.running._simulated_time import SimClock
+
+__all__ = [
+    "RobotModule",
+    "RobotState",
+    "SimClock",
+    "parse_speed",
+]

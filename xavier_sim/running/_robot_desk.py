@@ -1,0 +1,115 @@
+"""What the robot answers and takes beside driving: truth, doors, plates, battery, faults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tca_bus import Context, Module, TaskError
+from xavier_sim.messages import (
+    AnyFault,
+    Battery,
+    BatteryState,
+    CameraPower,
+    DoorMoved,
+    DoorState,
+    Fault,
+    FaultState,
+    Kidnap,
+    MoveDoor,
+    PlateReading,
+    ReadBattery,
+    ReadPlate,
+    Slip,
+    TrueLocation,
+    WhereReally,
+    WorldDoors,
+)
+from xavier_sim.running._robot_state import RobotState
+from xavier_sim.world import NotFreeError, UnknownDoorError
+
+
+class RobotDesk:
+    """Serves the questions about a world, and the commands that change it between two ticks.
+
+    Args:
+        state: the world and its time.
+        module: that serves.
+        changed: called after the world was changed by a command.
+    """
+
+    def __init__(self, state: RobotState, module: Module, changed: Callable[[], None]) -> None:
+        self._state, self._module, self._changed = state, module, changed
+        self._told: BatteryState | None = None
+        module.serve(WhereReally, self._on_where)
+        module.serve(WorldDoors, self._on_doors)
+        module.serve(MoveDoor, self._on_move_door)
+        module.serve(ReadPlate, self._on_read_plate)
+        module.serve(ReadBattery, self._on_read_battery)
+        module.serve(Fault, self._on_fault)
+
+    async def tell_battery(self) -> None:
+        """Broadcast the battery's state when it is worth it: every hundredth, every change."""
+        state = self._state.battery_state()
+        if self._told is not None and not _differ(self._told, state):
+            return
+        self._told = state
+        await self._module.broadcast(Battery(state=state))
+
+    async def _on_where(self, _query: WhereReally, _context: Context) -> TrueLocation:
+        return self._state.true_location()
+
+    async def _on_doors(self, _query: WorldDoors, _context: Context) -> list[DoorState]:
+        return self._state.door_states()
+
+    async def _on_move_door(self, query: MoveDoor, _context: Context) -> DoorState:
+        before = self._state.world.doors()
+        try:
+            room, is_open = self._state.world.set_door(query.room, is_open=query.open)
+        except UnknownDoorError as error:
+            raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
+        self._changed()
+        if before[room] != is_open:
+            await self._module.broadcast(DoorMoved(room=room, open=is_open, time=self._state.now))
+        return DoorState(room=room, open=is_open)
+
+    async def _on_read_plate(self, _query: ReadPlate, _context: Context) -> PlateReading:
+        if not self._state.world.camera.is_on:
+            raise TaskError("camera_gone", "the camera does not answer")
+        look = self._state.world.look()
+        return PlateReading(text=look.text, confidence=look.confidence, time=self._state.now)
+
+    async def _on_read_battery(self, _query: ReadBattery, _context: Context) -> BatteryState:
+        return self._state.battery_state()
+
+    async def _on_fault(self, query: Fault, _context: Context) -> FaultState:
+        try:
+            self._make(query.fault)
+        except UnknownDoorError as error:
+            raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
+        except NotFreeError as error:
+            raise TaskError("not_free", str(error)) from error
+        self._changed()
+        return self._state.fault_state()
+
+    def _make(self, fault: AnyFault) -> None:
+        world = self._state.world
+        match fault:
+            case CameraPower(on=on):
+                world.camera.is_on = on
+            case Slip(metres=metres, turn=turn):
+                world.slip(metres, turn)
+            case Kidnap():
+                world.kidnap(*self._destination(fault), fault.theta)
+
+    def _destination(self, fault: Kidnap) -> tuple[float, float]:
+        world = self._state.world
+        if fault.room is not None:
+            return world.place_of(fault.room)
+        if fault.x is not None and fault.y is not None:
+            return fault.x, fault.y
+        return world.beside(fault.ahead, fault.left)
+
+
+def _differ(one: BatteryState, other: BatteryState) -> bool:
+    same = (one.low, one.charging) == (other.low, other.charging)
+    return not same or round(one.charge, 2) != round(other.charge, 2)

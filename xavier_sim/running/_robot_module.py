@@ -1,0 +1,214 @@
+"""The ``xavier`` module: the simulated world on the bus."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+
+from tca_bus import (
+    AwaitTime,
+    BusOptions,
+    Context,
+    Module,
+    SimulatedTime,
+)
+from xavier_sim.messages import Drive
+from xavier_sim.running._driver import STOP, Driver
+from xavier_sim.running._pacing import (
+    ALONE_PAUSE,
+    ANSWER_PATIENCE,
+    IDLE_REPEAT,
+    Metronome,
+    may_tick,
+)
+from xavier_sim.running._robot_desk import RobotDesk
+from xavier_sim.running._robot_state import RobotState
+from xavier_sim.running._simulated_time import HOLD_LIMIT, Demands, TimeNews
+from xavier_sim.snapshots import SnapshotFile
+
+log = logging.getLogger(__name__)
+
+MODULE = "xavier"
+
+SAVE_AFTER = 1.0
+"""Wall seconds after which a world that stands still is saved as it is."""
+
+
+class RobotModule:
+    """Shows a world to the bus: sensors and time out, driving commands and doors in.
+
+    Args:
+        state: the world and its time.
+        store: where to keep it, None for nowhere.
+        options: how to join the bus; the module's own clock is wall time.
+    """
+
+    def __init__(self, state: RobotState, store: SnapshotFile | None, options: BusOptions) -> None:
+        self._state, self._store = state, store
+        wall = options.model_copy(update={"clock": "wall"})
+        self._module = Module(MODULE, options=wall, sole=True)
+        self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
+        self._present: dict[str, str] = {}
+        self._bell = asyncio.Event()
+        self._changed = True
+        self._saved_at = float("-inf")
+        self._sensors_sent = float("-inf")
+        self._desk = RobotDesk(state, self._module, self._change)
+        self._module.serve(Drive, self._on_drive)
+        self._module.serve(AwaitTime, self._on_await_time)
+
+    async def run(self) -> None:
+        """Run until cancelled; then keep the world.
+
+        Raises:
+            BusGoneError: there was no router to begin with.
+            RefusedError: there is a robot on the realm.
+        """
+        async with self._module:
+            self._module.start(self._watch_presence(), name="xavier presence")
+            try:
+                if self._state.speed is None:
+                    await self._run_lockstep()
+                else:
+                    await self._run_paced(self._state.speed)
+            finally:
+                await self._save()
+
+    async def _run_paced(self, speed: float) -> None:
+        metronome = Metronome(speed, time.monotonic())
+        await self._send_sensors()
+        while True:
+            await asyncio.sleep(metronome.pause(time.monotonic()))
+            await self._tick(*self._driver.command(self._state.world.tick))
+            await self._send_sensors()
+            await self._tell_time()
+
+    async def _run_lockstep(self) -> None:
+        while True:
+            await self._send_sensors()
+            await self._until_may_tick()
+            driven = self._driven
+            await self._tick(*(self._driver.command(self._state.world.tick) if driven else STOP))
+            await asyncio.sleep(0 if driven else ALONE_PAUSE)
+
+    async def _until_may_tick(self) -> None:
+        """Stand still until time may move; say meanwhile what might have been lost.
+
+        The time of a tick is told once the driver has answered that tick, so that whoever is
+        woken by it finds the driver in the same state in every run.
+        """
+        while True:
+            self._bell.clear()
+            wall = time.monotonic()
+            self._clean_demands(wall)
+            if self._settled:
+                await self._tell_time(resting=not self._may_tick())
+                if self._may_tick():
+                    return
+            await self._repeat_sensors(wall)
+            await self._save_if_old(wall)
+            await self._wait_for_bell()
+
+    def _may_tick(self) -> bool:
+        tick = self._state.world.tick
+        return may_tick(
+            driven=self._driven,
+            answered=self._driver.answered(tick),
+            busy=self._driver.busy(tick),
+            moving=self._demands.moving,
+            holding=self._demands.holding,
+        )
+
+    def _clean_demands(self, wall: float) -> None:
+        for module in self._demands.clean(wall, self._present.__contains__):
+            log.warning(
+                "simulated time stood still for module %s for %g s; it goes on without it",
+                module,
+                HOLD_LIMIT,
+            )
+
+    @property
+    def _driven(self) -> bool:
+        return self._driver.name in self._present.values()
+
+    @property
+    def _settled(self) -> bool:
+        """Whether the driver, if there is one, has answered this tick."""
+        return not self._driven or self._driver.answered(self._state.world.tick)
+
+    async def _wait_for_bell(self) -> None:
+        """Wait for a message, or a short while: waking modules and lost answers are timed."""
+        patience = ANSWER_PATIENCE / 3
+        if self._settled:
+            news_in = self._news.due_in(self._state.now, time.monotonic())
+            patience = min(patience, max(news_in, 0.001))
+        try:
+            async with asyncio.timeout(patience):
+                await self._bell.wait()
+        except TimeoutError:
+            return
+
+    async def _repeat_sensors(self, wall: float) -> None:
+        unanswered = self._driven and not self._driver.answered(self._state.world.tick)
+        if wall - self._sensors_sent > (ANSWER_PATIENCE if unanswered else IDLE_REPEAT):
+            await self._send_sensors()
+
+    async def _tick(self, speed: float, turn_rate: float) -> None:
+        if self._state.must_save:
+            await self._save()
+        self._state.world.step(speed, turn_rate)
+        self._changed = True
+        if self._demands.reached(self._state.now, time.monotonic()):
+            self._news.hurry()
+        await self._desk.tell_battery()
+
+    async def _send_sensors(self) -> None:
+        self._sensors_sent = time.monotonic()
+        await self._module.broadcast(self._state.sensors())
+
+    async def _tell_time(self, *, resting: bool = False) -> None:
+        now, wall = self._state.now, time.monotonic()
+        if self._news.due_in(now, wall, resting=resting) > 0.0:
+            return
+        self._news.told(now, wall)
+        await self._module.broadcast(SimulatedTime(time=now, speed=self._state.speed))
+
+    async def _save_if_old(self, wall: float) -> None:
+        if self._changed and wall - self._saved_at > SAVE_AFTER:
+            await self._save()
+
+    async def _save(self) -> None:
+        saved = self._state.saved()
+        self._saved_at, self._changed = time.monotonic(), False
+        if self._store is not None:
+            await asyncio.to_thread(self._store.save, saved)
+        self._state.tick_limit = saved.tick_limit
+
+    async def _watch_presence(self) -> None:
+        async with self._module.watch_modules() as changes:
+            async for change in changes:
+                module = change.module
+                if change.appeared:
+                    self._present[module.incarnation] = module.name
+                else:
+                    self._present.pop(module.incarnation, None)
+                if module.name == self._driver.name:
+                    self._driver.forget()
+                    self._sensors_sent = float("-inf")
+                self._bell.set()
+
+    async def _on_drive(self, drive: Drive, context: Context) -> None:
+        if self._driver.hear(drive, context.sender, self._state.world.tick):
+            self._bell.set()
+
+    async def _on_await_time(self, demand: AwaitTime, _context: Context) -> None:
+        now, wall = self._state.now, time.monotonic()
+        if self._demands.note(demand, now, wall):
+            self._news.hurry()
+        self._bell.set()
+
+    def _change(self) -> None:
+        """Keep a world that was changed by a command soon, and look whether time may move."""
+        self._changed, self._saved_at = True, float("-inf")
+        self._bell.set()

@@ -1,0 +1,113 @@
+"""The world together with its time, and both as they are kept on disk."""
+
+from __future__ import annotations
+
+from xavier_sim.messages import BatteryState, DoorState, FaultState, Sensors, TrueLocation
+from xavier_sim.profile import TICK
+from xavier_sim.running._simulated_time import SimClock
+from xavier_sim.snapshots import Saved
+from xavier_sim.world import World
+
+RESERVE = 10
+"""Ticks that the world may go on after it was saved, before it must be saved again: one that was
+killed falls back by no more than the way of a second."""
+
+
+class RobotState:
+    """A world, the clock that counts its ticks as time, and the tick it may reach unsaved.
+
+    Args:
+        world: freshly made.
+        clock: the time of its ticks.
+        speed: simulated seconds per wall second, None for lockstep.
+    """
+
+    def __init__(self, world: World, clock: SimClock, *, speed: float | None) -> None:
+        self.world, self.clock, self.speed = world, clock, speed
+        self.tick_limit = world.tick
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds since the epoch."""
+        return self.clock.time_of(self.world.tick)
+
+    @property
+    def must_save(self) -> bool:
+        """Whether the next tick may come only after the world was saved."""
+        return self.world.tick >= self.tick_limit
+
+    def saved(self) -> Saved:
+        """What to keep now; the next `tick_limit` is in it, and counts once it is on disk."""
+        limit = self.world.tick + RESERVE
+        snapshot = self.world.snapshot()
+        return Saved(clock_start=self.clock.start, tick_limit=limit, world=snapshot)
+
+    def restore(self, saved: Saved, *, at_least: float) -> None:
+        """Go on from what was kept: at a tick and a time that nobody has heard of yet.
+
+        Args:
+            saved: of a world with the same floor.
+            at_least: a time before which the clock must not stand, seconds since the epoch.
+        """
+        tick = saved.tick_limit + 1
+        self.world.restore({**saved.world, "tick": tick})
+        self.clock = SimClock(saved.clock_start).moved_to(tick, at_least)
+        self.tick_limit = tick
+
+    def sensors(self) -> Sensors:
+        """The reading of the current tick as a message."""
+        reading = self.world.reading
+        return Sensors(
+            tick=reading.tick,
+            time=self.now,
+            period=TICK,
+            lockstep=self.speed is None,
+            sonar=reading.sonar,
+            sonar_fresh=reading.sonar_fresh,
+            odom=reading.odom,
+            speed=reading.speed,
+            turn_rate=reading.turn_rate,
+            bump=reading.bump,
+        )
+
+    def true_location(self) -> TrueLocation:
+        """Where the robot really is, as a message."""
+        truth = self.world.truth()
+        return TrueLocation(
+            x=truth.x,
+            y=truth.y,
+            theta=truth.theta,
+            room=truth.room,
+            space=truth.space,
+            metres=truth.metres,
+            bumps=truth.bumps,
+            tick=truth.tick,
+            time=self.now,
+        )
+
+    def door_states(self) -> list[DoorState]:
+        """Every door as a message."""
+        return [DoorState(room=room, open=is_open) for room, is_open in self.world.doors().items()]
+
+    def battery_state(self) -> BatteryState:
+        """How full the battery is, as a message; a robot without one is always full."""
+        battery = self.world.battery
+        return BatteryState(
+            charge=round(battery.charge, 6) if battery else 1.0,
+            low=battery is not None and battery.low,
+            charging=battery is not None and battery.charging,
+            charger=self.world.plan.charger,
+            time=self.now,
+        )
+
+    def fault_state(self) -> FaultState:
+        """What is wrong with the robot, as a message."""
+        truth = self.world.truth()
+        return FaultState(
+            camera_on=self.world.camera.is_on,
+            slip=self.world.slipping,
+            room=truth.room,
+            space=truth.space,
+            tick=truth.tick,
+            time=self.now,
+        )
