@@ -38,6 +38,7 @@ from tca_bus._errors import (
 )
 from tca_bus._failure import Failure
 from tca_bus._handle import TaskHandle
+from tca_bus._json_views import plain_schema
 from tca_bus._lease import Acquisition, Lease
 from tca_bus._logs import configure_logging
 from tca_bus._messages import (
@@ -73,6 +74,7 @@ from tca_bus._time_messages import TIME_GRAIN, AwaitTime, SimulatedTime
 from tca_bus._tree_queries import Relation
 from tca_bus._variable_watch import VariableWatch
 from tca_bus._variables import Reading, Variable, VariableState
+from tca_bus._wire import Payload, decode_message, encode_message
 
 __all__ = [
     "TIME_GRAIN",
@@ -119,6 +121,7 @@ __all__ = [
     "NeverSetError",
     "NoHandlerError",
     "Order",
+    "Payload",
     "PeerLostError",
     "PendingLimitError",
     "Permissions",
@@ -158,9 +161,12 @@ __all__ = [
     "catch",
     "clean_up",
     "configure_logging",
+    "decode_message",
     "did_you_mean",
+    "encode_message",
     "near_matches",
     "near_or_all",
+    "plain_schema",
     "read_policy",
     "tap",
 ]

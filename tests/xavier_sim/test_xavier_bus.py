@@ -11,7 +11,15 @@ import pytest
 from tca_bus import BusOptions, HandlerFailedError, Module, Router
 from tca_bus.testing import bus, eventually
 from xavier_sim.floors import load_floor
-from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally, WorldDoors
+from xavier_sim.messages import (
+    CameraPower,
+    Drive,
+    Fault,
+    MoveDoor,
+    Sensors,
+    WhereReally,
+    WorldDoors,
+)
 from xavier_sim.running import RobotModule, RobotState, SimClock
 from xavier_sim.snapshots import SnapshotFile
 from xavier_sim.world import World
@@ -23,12 +31,12 @@ EPOCH = 1000.0
 
 
 @asynccontextmanager
-async def robot(options, *, speed=None, store=None, saved=None, world=None):
+async def robot(options, *, speed=None, store=None, saved=None, world=None, witness=None):
     state = RobotState(world or World(PLAN, seed=1), SimClock(EPOCH), speed=speed)
     if saved is not None:
         state.restore(saved, at_least=0.0)
     async with asyncio.TaskGroup() as group:
-        running = group.create_task(RobotModule(state, store, options).run(), name="robot")
+        running = group.create_task(RobotModule(state, store, options, witness).run(), name="robot")
         try:
             yield state
         finally:
@@ -91,6 +99,34 @@ async def test_lockstep_outcome_does_not_depend_on_load():
                 await eventually(lambda driver=driver: driver.seen[-1].tick == 60)
                 digests.add(driver.digest.hexdigest())
     assert len(digests) == 1
+
+
+class Diary:
+    """Writes down what the robot tells its witness."""
+
+    def __init__(self):
+        self.pages = []
+
+    async def sense(self, sensors, truth):
+        assert truth.tick == sensors.tick
+        self.pages.append(("sensed", sensors.tick))
+
+    def note(self, message, time):
+        self.pages.append((type(message).__name__, round((time - EPOCH) * 10)))
+
+
+async def test_a_witness_is_told_each_tick_once_and_what_was_done_in_it():
+    diary = Diary()
+    async with bus() as options, robot(options, witness=diary) as state:
+        driver = StandIn(options, ticks=3)
+        async with driver.module:
+            await eventually(lambda: state.world.tick == 3 and driver.seen[-1].tick == 3)
+            await driver.module.query(MoveDoor(room="r-5309", open=False))
+            fault = Fault(fault=CameraPower(on=False))
+            await driver.module.query(fault)
+    told = [page for page in diary.pages if page[0] != "Battery"]
+    ticks = [(what, tick) for tick in range(3) for what in ("sensed", "Drive")]
+    assert told == [*ticks, ("sensed", 3), ("DoorMoved", 3), ("Fault", 3)]
 
 
 async def test_lost_sensors_are_sent_again():

@@ -1,5 +1,6 @@
 """The world as it runs on the bus: in lockstep or by the wall clock."""
 
+from xavier_sim.running._outlet import Witness
 from xavier_sim.running._pacing import parse_speed
 from xavier_sim.running._robot_module import RobotModule
 from xavier_sim.running._robot_state import RobotState
@@ -9,5 +10,6 @@ __all__ = [
     "RobotModule",
     "RobotState",
     "SimClock",
+    "Witness",
     "parse_speed",
 ]

@@ -24,6 +24,7 @@ from xavier_sim.messages import (
     WhereReally,
     WorldDoors,
 )
+from xavier_sim.running._outlet import Outlet
 from xavier_sim.running._robot_state import RobotState
 from xavier_sim.world import NotFreeError, UnknownDoorError
 
@@ -34,11 +35,14 @@ class RobotDesk:
     Args:
         state: the world and its time.
         module: that serves.
+        outlet: where to tell what all should hear.
         changed: called after the world was changed by a command.
     """
 
-    def __init__(self, state: RobotState, module: Module, changed: Callable[[], None]) -> None:
-        self._state, self._module, self._changed = state, module, changed
+    def __init__(
+        self, state: RobotState, module: Module, outlet: Outlet, changed: Callable[[], None]
+    ) -> None:
+        self._state, self._outlet, self._changed = state, outlet, changed
         self._told: BatteryState | None = None
         module.serve(WhereReally, self._on_where)
         module.serve(WorldDoors, self._on_doors)
@@ -53,7 +57,7 @@ class RobotDesk:
         if self._told is not None and not _differ(self._told, state):
             return
         self._told = state
-        await self._module.broadcast(Battery(state=state))
+        await self._outlet.broadcast(Battery(state=state))
 
     async def _on_where(self, _query: WhereReally, _context: Context) -> TrueLocation:
         return self._state.true_location()
@@ -69,14 +73,16 @@ class RobotDesk:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         self._changed()
         if before[room] != is_open:
-            await self._module.broadcast(DoorMoved(room=room, open=is_open, time=self._state.now))
+            await self._outlet.broadcast(DoorMoved(room=room, open=is_open, time=self._state.now))
         return DoorState(room=room, open=is_open)
 
     async def _on_read_plate(self, _query: ReadPlate, _context: Context) -> PlateReading:
         if not self._state.world.camera.is_on:
             raise TaskError("camera_gone", "the camera does not answer")
         look = self._state.world.look()
-        return PlateReading(text=look.text, confidence=look.confidence, time=self._state.now)
+        reading = PlateReading(text=look.text, confidence=look.confidence, time=self._state.now)
+        self._outlet.note(reading)
+        return reading
 
     async def _on_read_battery(self, _query: ReadBattery, _context: Context) -> BatteryState:
         return self._state.battery_state()
@@ -88,6 +94,7 @@ class RobotDesk:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         except NotFreeError as error:
             raise TaskError("not_free", str(error)) from error
+        self._outlet.note(query)
         self._changed()
         return self._state.fault_state()
 

@@ -15,6 +15,7 @@ from tca_bus import (
 )
 from xavier_sim.messages import Drive
 from xavier_sim.running._driver import STOP, Driver
+from xavier_sim.running._outlet import Outlet, Witness
 from xavier_sim.running._pacing import (
     ALONE_PAUSE,
     ANSWER_PATIENCE,
@@ -42,10 +43,17 @@ class RobotModule:
         state: the world and its time.
         store: where to keep it, None for nowhere.
         options: how to join the bus; the module's own clock is wall time.
+        witness: who records what happens.
     """
 
-    def __init__(self, state: RobotState, store: SnapshotFile | None, options: BusOptions) -> None:
-        self._state, self._store = state, store
+    def __init__(
+        self,
+        state: RobotState,
+        store: SnapshotFile | None,
+        options: BusOptions,
+        witness: Witness | None = None,
+    ) -> None:
+        self._state, self._store, self._witness = state, store, witness
         wall = options.model_copy(update={"clock": "wall"})
         self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
@@ -54,7 +62,8 @@ class RobotModule:
         self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
-        self._desk = RobotDesk(state, self._module, self._change)
+        self._outlet = Outlet(self._module, witness, lambda: state.now)
+        self._desk = RobotDesk(state, self._module, self._outlet, self._change)
         self._module.serve(Drive, self._on_drive)
         self._module.serve(AwaitTime, self._on_await_time)
 
@@ -67,6 +76,7 @@ class RobotModule:
         """
         async with self._module:
             self._module.start(self._watch_presence(), name="xavier presence")
+            await self._show_witness()
             try:
                 if self._state.speed is None:
                     await self._run_lockstep()
@@ -157,11 +167,24 @@ class RobotModule:
     async def _tick(self, speed: float, turn_rate: float) -> None:
         if self._state.must_save:
             await self._save()
+        self._note_command(speed, turn_rate)
         self._state.world.step(speed, turn_rate)
         self._changed = True
+        await self._show_witness()
         if self._demands.reached(self._state.now, time.monotonic()):
             self._news.hurry()
         await self._desk.tell_battery()
+
+    def _note_command(self, speed: float, turn_rate: float) -> None:
+        if self._witness is None:
+            return
+        tick = self._state.world.tick
+        busy = self._driver.busy(tick)
+        self._outlet.note(Drive(tick=tick, speed=speed, turn_rate=turn_rate, busy=busy))
+
+    async def _show_witness(self) -> None:
+        if self._witness is not None:
+            await self._witness.sense(self._state.sensors(), self._state.true_location())
 
     async def _send_sensors(self) -> None:
         self._sensors_sent = time.monotonic()

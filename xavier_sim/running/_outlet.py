@@ -1,0 +1,44 @@
+"""What the robot says: to all on the bus, and to whoever records it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from pydantic import BaseModel
+
+from tca_bus import Broadcast, Module
+from xavier_sim.messages import Sensors, TrueLocation
+
+
+class Witness(Protocol):
+    """Is told all that the robot senses, does and says, in the order in which it happens."""
+
+    async def sense(self, sensors: Sensors, truth: TrueLocation) -> None:
+        """A tick has begun: once for each, before others hear of it; may hold the robot up."""
+
+    def note(self, message: BaseModel, time: float) -> None:
+        """Something else was said or done at a simulated time, seconds since the epoch."""
+
+
+class Outlet:
+    """Tells the bus, and the witness if there is one.
+
+    Args:
+        module: that speaks.
+        witness: who records it.
+        now: gives the simulated time, seconds since the epoch.
+    """
+
+    def __init__(self, module: Module, witness: Witness | None, now: Callable[[], float]) -> None:
+        self._module, self._witness, self._now = module, witness, now
+
+    async def broadcast(self, message: Broadcast) -> None:
+        """Tell all who listen."""
+        self.note(message)
+        await self._module.broadcast(message)
+
+    def note(self, message: BaseModel) -> None:
+        """Let the witness know of something that not all hear."""
+        if self._witness is not None:
+            self._witness.note(message, self._now())
