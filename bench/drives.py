@@ -14,12 +14,14 @@ import math
 import time
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 
 from navigate.driving import Drive, Wheels
 from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
+from navigate.position import LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Sensors
 from xavier_sim.world import Reading, World
@@ -127,10 +129,18 @@ def shut_doors(world: World, share: float, spare: set[str], random: np.random.Ge
         world.set_door(room, is_open=room in spare or random.random() >= share)
 
 
-def run(drives: int, seed: int, *, shut: float = 0.0, verbose: bool = False) -> Tally:
+def run(
+    drives: int,
+    seed: int,
+    *,
+    localizer: LocalizerName = "particles",
+    shut: float = 0.0,
+    verbose: bool = False,
+) -> Tally:
     """Drive to ``drives`` random rooms one after the other in the world of ``seed``."""
     world = World(load_floor("wean5"), seed)
-    navigator = Navigator(Floor(load_plan()), seed=seed)
+    floor = Floor(load_plan())
+    navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
     rooms = sorted(world.plan.places)
     random, tally = np.random.default_rng(seed), Tally()
     here = ""
@@ -149,18 +159,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--drives", type=int, default=100)
     parser.add_argument("--seed", type=int, action="append")
+    parser.add_argument("--localizer", choices=get_args(LocalizerName), default="particles")
     parser.add_argument("--shut", type=float, default=0.0, help="share of other doors shut")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
     for seed in options.seed or [0]:
-        row = {"seed": seed, **run_row(options, seed)}
+        row = {"seed": seed, "localizer": options.localizer, **run_row(options, seed)}
         print(json.dumps(row) if options.json else _table(row))
 
 
 def run_row(options: argparse.Namespace, seed: int) -> dict[str, float | int | str]:
     """The figures of one seed."""
-    return run(options.drives, seed, shut=options.shut, verbose=options.verbose).row()
+    tally = run(
+        options.drives,
+        seed,
+        localizer=options.localizer,
+        shut=options.shut,
+        verbose=options.verbose,
+    )
+    return tally.row()
 
 
 def _table(row: dict[str, float | int | str]) -> str:

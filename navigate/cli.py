@@ -11,6 +11,7 @@ from cyclopts.validators import Number
 
 from navigate.maps import Floor, UnknownRoomError, load_plan
 from navigate.messages import PlanRoute, Position, Rooms, Route, WhereAmI
+from navigate.position import LocalizerName, make_localizer
 from navigate.routes import NoRouteError, Planner, describe
 from tca_bus import Failure, HandlerFailedError, Module, configure_logging
 from tca_bus.cli import (
@@ -32,6 +33,7 @@ async def run(
     *,
     map: Annotated[str | None, Parameter(env_var="NAVIGATE_MAP")] = None,  # noqa: A002 - the flag
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    localizer: LocalizerName = "particles",
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -40,6 +42,7 @@ async def run(
     Args:
         map: Floor plan file, or the name of one that comes with the package.
         seed: Of the position estimate's random numbers, 0 or more.
+        localizer: What estimates the position: a particle filter, or odometry alone.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """
@@ -48,7 +51,8 @@ async def run(
     from navigate.service import NavigateService  # noqa: PLC0415 - same
 
     configure_logging("navigate", level=flags.level, json=flags.json)
-    navigator = Navigator(Floor(load_plan(map)), seed=seed)
+    floor = Floor(load_plan(map))
+    navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
     kept = StateFile(data) if data else None
     await NavigateService(navigator, bus_options(flags), kept).run()
 

@@ -19,7 +19,7 @@ from navigate.body import (
 from navigate.driving import STOP, Drive, Driver, Surroundings, View, Wheels
 from navigate.maps import Floats, Floor, Point
 from navigate.messages import NavigationReport, Position
-from navigate.position import Confidence, Estimator
+from navigate.position import Confidence, Localizer, ParticleFilter
 from navigate.routes import Distances, Memory, Planner
 from xavier_sim.messages import SONAR_COUNT, Sensors
 
@@ -48,17 +48,18 @@ class Navigator:
     Args:
         floor: the map.
         seed: of the particle filter.
+        localizer: knows where the robot is; the particle filter, unless another is given.
     """
 
-    def __init__(self, floor: Floor, *, seed: int = 0) -> None:
+    def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
         self.floor = floor
-        self.estimator = Estimator(floor, seed=seed)
+        self.localizer = localizer or ParticleFilter(floor, seed=seed)
         self.planner = Planner(floor)
         self.memory = Memory()
         self.surroundings = Surroundings()
         self.driver = Driver(self.planner, self.memory)
         self.distances = Distances(self.planner)
-        self._confidence = Confidence(floor, self.estimator)
+        self._confidence = Confidence(floor, self.localizer)
         self.time = 0.0
         self.wheels = STOP
         self._odom: Pose | None = None
@@ -70,8 +71,8 @@ class Navigator:
         motion = self._reckon(sensors)
         still = motion.still()
         self._ranges = heard_ranges(sensors)
-        self.estimator.move(motion)
-        self.estimator.sense(self._ranges, sensors.sonar_fresh, still=still)
+        self.localizer.move(motion)
+        self.localizer.sense(self._ranges, sensors.sonar_fresh, still=still)
         self._still_ticks = self._still_ticks + 1 if still else 0
         self._listen(sensors)
         self._search()
@@ -94,7 +95,7 @@ class Navigator:
 
     def position(self) -> Position:
         """Where the robot is believed to be."""
-        here = self.estimator.estimate
+        here = self.localizer.estimate
         room = self.floor.room_near(here.x, here.y)
         return Position(
             x=round(here.x, 4),
@@ -132,13 +133,13 @@ class Navigator:
             UnknownRoomError: no such room.
         """
         pose = self._pose_at(room)
-        self.estimator.place(pose, spread=0.15, turn_spread=0.15)
+        self.localizer.place(pose, spread=0.15, turn_spread=0.15)
         self._confidence.told(room.lower(), self._odom)
         return self.position()
 
     def _pose_at(self, room: str) -> Pose:
         spots = [self.floor.place(room), *self.planner.graph.before(room.lower())]
-        looks = [self.estimator.estimate.theta + turn for turn in LOOKS]
+        looks = [self.localizer.estimate.theta + turn for turn in LOOKS]
         poses: list[Pose] = [(x, y, look) for look in looks for x, y in spots]
         return max(poses, key=lambda pose: self._favour(pose, poses[0]))
 
@@ -146,11 +147,11 @@ class Navigator:
         """How well a pose fits what is heard; a little less the less it is expected."""
         turned = abs(pose[2] - first[2]) > TURNED
         moved = pose[:2] != first[:2]
-        return self.estimator.fit(pose, self._ranges) - 0.2 * turned - 0.05 * moved
+        return self.localizer.fit(pose, self._ranges) - 0.2 * turned - 0.05 * moved
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs to go on, roughly: the estimate, not each particle."""
-        here = self.estimator.estimate
+        here = self.localizer.estimate
         return {
             "map": self.floor.plan.name,
             "time": self.time,
@@ -166,7 +167,7 @@ class Navigator:
         x, y, theta = (float(value) for value in state["pose"])
         spread = max(0.1, float(state["deviation"]))
         turn_spread = max(0.06, float(state["heading_deviation"]))
-        self.estimator.place((x, y, theta), spread=spread, turn_spread=turn_spread)
+        self.localizer.place((x, y, theta), spread=spread, turn_spread=turn_spread)
         odom = state["odom"]
         self._odom = (float(odom[0]), float(odom[1]), float(odom[2])) if odom else None
         self.time = float(state["time"])
@@ -187,27 +188,27 @@ class Navigator:
         motion = motion_between(before, now)
         if plausible(motion, seconds):
             return motion
-        self.estimator.widen(spread=UNSEEN_SPREAD, turn_spread=0.2)
+        self.localizer.widen(spread=UNSEEN_SPREAD, turn_spread=0.2)
         return Motion(0.0, 0.0, 0.0)
 
     def _search(self) -> None:
         """While lost and standing, look for a pose that fits, in growing circles."""
-        if not self.estimator.lost:
+        if not self.localizer.lost:
             self._searches = 0
         elif self._still_ticks and self._still_ticks % SEARCH_EVERY == 0:
             radius = SEARCH_RADII[min(self._searches, len(SEARCH_RADII) - 1)]
             self._searches += 1
-            self.estimator.recover(self._ranges, radius=radius)
+            self.localizer.recover(self._ranges, radius=radius)
 
     def _view(self, sensors: Sensors) -> View:
         odom = self._odom or (0.0, 0.0, 0.0)
         return View(
             time=sensors.time,
-            pose=self.estimator.estimate.pose,
+            pose=self.localizer.estimate.pose,
             odom=odom,
             ranges=self._ranges,
             fresh=sensors.sonar_fresh,
             bump=sensors.bump,
             echoes=self.surroundings.around(odom, within=ECHO_RANGE),
-            lost=self.estimator.lost,
+            lost=self.localizer.lost,
         )

@@ -221,7 +221,7 @@ class NavigateService:
 
     async def _on_plan(self, query: PlanRoute, _context: Context) -> Route:
         navigator = self._navigator
-        floor, here = navigator.floor, navigator.estimator.estimate
+        floor, here = navigator.floor, navigator.localizer.estimate
         with _told_unknown():
             start = floor.place(query.start) if query.start else (here.x, here.y)
             goal = floor.place(query.goal)
@@ -234,7 +234,7 @@ class NavigateService:
 
     async def _on_plan_many(self, query: PlanRoutes, _context: Context) -> RouteTable:
         navigator = self._navigator
-        here = navigator.estimator.estimate
+        here = navigator.localizer.estimate
         with _told_unknown():
             places = [navigator.floor.place(room) for room in query.rooms]
         hindrances = navigator.memory.believed(navigator.time)

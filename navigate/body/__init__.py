@@ -1,6 +1,6 @@
 """What the navigator knows of the robot's body, its sonars and its odometry."""
 
-from navigate.body._odometry import Motion, Pose, motion_between, plausible
+from navigate.body._odometry import Motion, Pose, motion_between, moved, plausible
 from navigate.body._sonarring import (
     BEARINGS,
     CONE_HALF,
@@ -27,6 +27,7 @@ __all__ = [
     "fresh_sonars",
     "heard_ranges",
     "motion_between",
+    "moved",
     "plausible",
     "wrap",
 ]

@@ -1,11 +1,20 @@
 """Where the robot is: what is believed, and how surely."""
 
+from navigate.position._choice import LocalizerName, make_localizer
 from navigate.position._confidence import Confidence
-from navigate.position._estimate import Estimator
 from navigate.position._expected import ExpectedRanges
+from navigate.position._localizer import Belief, Estimate, Localizer
+from navigate.position._particles import ParticleFilter
+from navigate.position._reckoning import DeadReckoning
 
 __all__ = [
+    "Belief",
     "Confidence",
-    "Estimator",
+    "DeadReckoning",
+    "Estimate",
     "ExpectedRanges",
+    "Localizer",
+    "LocalizerName",
+    "ParticleFilter",
+    "make_localizer",
 ]

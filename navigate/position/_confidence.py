@@ -1,6 +1,6 @@
 """How sure the navigator may be that the robot stands at a room.
 
-On a corridor of like doors a particle filter is sure of the wrong one as easily as of the right
+On a corridor of like doors an estimator is sure of the wrong one as easily as of the right
 one: wheels that slip by one door's distance leave no trace in what the sonars hear. So some doubt
 is left for every neighbour whose place would look the same, until somebody says where it is.
 """
@@ -11,7 +11,7 @@ import math
 
 from navigate.body import Pose
 from navigate.maps import Floats, Floor, Point
-from navigate.position._estimate import Estimator
+from navigate.position._localizer import Localizer
 
 AT_PLACE = 0.6
 """Metres from a room's place within which belief counts as being there."""
@@ -35,8 +35,8 @@ TOLD_REACH = 1.0
 class Confidence:
     """Judges an estimate; remembers what the navigator was told."""
 
-    def __init__(self, floor: Floor, estimator: Estimator) -> None:
-        self._floor, self._estimator = floor, estimator
+    def __init__(self, floor: Floor, localizer: Localizer) -> None:
+        self._floor, self._localizer = floor, localizer
         self._told: tuple[str, Point] | None = None
 
     def told(self, room: str, odom: Pose | None) -> None:
@@ -53,9 +53,9 @@ class Confidence:
         """
         if room is None:
             return 0.0
-        estimator, (x, y) = self._estimator, self._floor.place(room)
-        mass = estimator.mass_near(x, y, within=AT_PLACE)
-        sound = min(1.0, estimator.estimate.agreement / SOUND_AGREEMENT)
+        localizer, (x, y) = self._localizer, self._floor.place(room)
+        mass = localizer.mass_near(x, y, within=AT_PLACE)
+        sound = min(1.0, localizer.estimate.agreement / SOUND_AGREEMENT)
         doubt = ALIKE_DOUBT if self._looks_alike(room, ranges) else 0.0
         if self._was_told(room, odom):
             doubt = 0.0
@@ -69,13 +69,13 @@ class Confidence:
 
     def _looks_alike(self, room: str, ranges: Floats) -> bool:
         """Whether a neighbour's place would sound the same."""
-        x, y, theta = self._estimator.estimate.pose
+        x, y, theta = self._localizer.estimate.pose
         here = self._floor.place(room)
-        least = self._estimator.fit((x, y, theta), ranges) - ALIKE_FIT
+        least = self._localizer.fit((x, y, theta), ranges) - ALIKE_FIT
         for other, (other_x, other_y) in self._floor.places.items():
             if other == room or math.dist(here, (other_x, other_y)) > ALIKE_REACH:
                 continue
             moved = (x + other_x - here[0], y + other_y - here[1], theta)
-            if self._estimator.fit(moved, ranges) >= least:
+            if self._localizer.fit(moved, ranges) >= least:
                 return True
         return False

@@ -23,7 +23,7 @@ def standing(room, seed=1):
 def standing_at(x, y, theta, seed=1):
     loop = Loop(seed=seed)
     loop.world.kidnap(x, y, theta)
-    loop.navigator.estimator.place((x, y, theta))
+    loop.navigator.localizer.place((x, y, theta))
     loop.rest(6)
     return loop
 

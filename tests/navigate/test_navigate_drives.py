@@ -145,8 +145,8 @@ def test_told_its_place_it_goes_on_from_there():
     loop = Loop(seed=3)
     loop.drive("r-5303")
     navigator = loop.navigator
-    x, y, theta = navigator.estimator.estimate.pose
-    navigator.estimator.place((x, y + 3.6, theta))
+    x, y, theta = navigator.localizer.estimate.pose
+    navigator.localizer.place((x, y + 3.6, theta))
     assert navigator.set_position("r-5303").room == "r-5303"
     assert loop.drive("r-5305").failure is None
     assert loop.off("r-5305") < 0.25
@@ -157,8 +157,8 @@ def test_told_its_place_it_goes_on_from_there():
 def test_displaced_unseen_it_notices_and_finds_itself():
     loop = Loop(seed=1)
     loop.drive("r-5303")
-    x, y, theta = loop.navigator.estimator.estimate.pose
-    loop.navigator.estimator.place((x, y + 1.0, theta))
+    x, y, theta = loop.navigator.localizer.estimate.pose
+    loop.navigator.localizer.place((x, y + 1.0, theta))
     drive = loop.drive("r-5307", most=6000)
     assert drive.failure is None
     assert loop.off("r-5307") < 0.25

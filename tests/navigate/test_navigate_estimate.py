@@ -7,12 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from navigate_loop import true_plan
 
-from navigate.body import BEARINGS, RING_RADIUS, Motion, motion_between, plausible, wrap
-from navigate.body._odometry import moved
+from navigate.body import BEARINGS, RING_RADIUS, Motion, motion_between, moved, plausible, wrap
 from navigate.driving import View
 from navigate.driving._doorframe import DoorFrame
 from navigate.maps import Floor, load_plan
-from navigate.position import Estimator, ExpectedRanges
+from navigate.position import ExpectedRanges, ParticleFilter
 from navigate.position._expected import REACH
 from xavier_sim.floors import build_geometry
 from xavier_sim.profile import XAVIER
@@ -76,7 +75,7 @@ def test_the_table_keeps_no_more_than_its_capacity():
 
 
 def test_the_start_is_known():
-    here = Estimator(TRUE).estimate
+    here = ParticleFilter(TRUE).estimate
     assert math.dist((here.x, here.y), (TRUE.plan.start.x, TRUE.plan.start.y)) < 0.05
     assert here.deviation < 0.15
 
@@ -84,7 +83,7 @@ def test_the_start_is_known():
 @settings(deadline=None, max_examples=4)
 @given(st.integers(0, 1000), st.floats(-0.01, 0.01), st.floats(0.97, 1.03))
 def test_sonars_hold_the_estimate_while_odometry_drifts(seed, drift, scale):
-    estimator = Estimator(TRUE, seed=seed)
+    estimator = ParticleFilter(TRUE, seed=seed)
     x, y, theta = 7.57, 20.0, math.pi / 2
     estimator.place((x, y, theta))
     for step in range(250):
@@ -100,7 +99,7 @@ def test_sonars_hold_the_estimate_while_odometry_drifts(seed, drift, scale):
 
 def test_the_same_seed_and_readings_give_the_same_estimate():
     def run():
-        estimator = Estimator(TRUE, seed=3)
+        estimator = ParticleFilter(TRUE, seed=3)
         for step in range(30):
             estimator.move(Motion(0.05, 0.0, 0.01))
             estimator.sense(ring(7.57, 12.0 + 0.05 * step, 1.57), ALL, still=False)
@@ -110,7 +109,7 @@ def test_the_same_seed_and_readings_give_the_same_estimate():
 
 
 def test_standing_still_does_not_make_it_surer_and_surer():
-    estimator = Estimator(TRUE, seed=1)
+    estimator = ParticleFilter(TRUE, seed=1)
     estimator.place((7.57, 25.0, 1.57), spread=0.1)
     readings = ring(7.57, 25.0, 1.57)
     for step in range(400):
@@ -119,7 +118,7 @@ def test_standing_still_does_not_make_it_surer_and_surer():
 
 
 def test_it_notices_that_it_is_lost_and_finds_itself():
-    estimator = Estimator(TRUE, seed=2)
+    estimator = ParticleFilter(TRUE, seed=2)
     estimator.place((7.57, 12.0, 0.0))
     truth = (9.9, 10.2, 0.1)
     readings = ring(*truth)
@@ -137,7 +136,7 @@ def test_it_notices_that_it_is_lost_and_finds_itself():
 
 def test_echoes_from_nowhere_do_not_make_it_lost():
     random = np.random.default_rng(5)
-    estimator = Estimator(TRUE, seed=5)
+    estimator = ParticleFilter(TRUE, seed=5)
     x, y, theta = 7.57, 20.0, math.pi / 2
     estimator.place((x, y, theta))
     for step in range(200):

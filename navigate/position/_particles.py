@@ -1,22 +1,20 @@
-"""Where the robot is: a particle filter over odometry and sonar.
+"""A particle filter over odometry and sonar, on the metric map.
 
-Each particle carries a pose and its own guess of how the heading drifts by the metre. The
-sonar model knows that cones are wide, that a door may be open or shut, that echoes glance off
-or come from nowhere, and that neighbouring readings err together: likelihoods are tempered.
-After Thrun, Burgard & Fox, Probabilistic Robotics, chapters 6.3 and 8.3, with resampling of low
-variance and roughening.
+Each particle carries a pose and its own guess of how the heading drifts by the metre. Readings
+of neighbouring sonars err together, so likelihoods are tempered. After Thrun, Burgard & Fox,
+Probabilistic Robotics, chapter 8.3, with resampling of low variance and roughening.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from navigate.body import BEARINGS, RING_RADIUS, Motion, Pose, fresh_sonars, wrap
+from navigate.body import BEARINGS, Motion, Pose, fresh_sonars, wrap
 from navigate.maps import Floats, Floor, inset
-from navigate.position._expected import REACH, ExpectedRanges
+from navigate.position._localizer import Belief, Estimate, in_cells
+from navigate.position._sonar_model import SonarModel
 from xavier_sim.messages import Space
 
 PARTICLES = 250
@@ -35,18 +33,11 @@ HEADING_NOISE = 0.012
 TURN_NOISE = 0.02
 """Doubt about a turn: radians per square root of a radian."""
 
-RANGE_SIGMA = 0.11
-"""Doubt about an expected range, metres: the map's errors, the table's cells, the noise."""
-
 TEMPER = 0.45
 """Exponent of a reading's likelihood: the errors of neighbouring readings go together."""
 
 STILL_TEMPER = 0.02
 """The same while the robot stands, when every reading says again what the last one said."""
-
-OPEN_SHARE, SHUT_SHARE, STRAY_SHARE = 0.58, 0.22, 0.20
-AGREES = 0.35
-"""Metres within which a reading speaks for the estimate."""
 
 MEMORY = 0.012
 """Weight of a new reading in the running share of readings that agree."""
@@ -56,32 +47,12 @@ LOST_DEVIATION = 1.2
 FOUND_AGREEMENT = 0.8
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A believed pose in the map frame, with standard deviations in metres and radians.
-
-    ``agreement`` is the running share of sonar readings that fit the map there, 0 to 1.
-    """
-
-    x: float
-    y: float
-    theta: float
-    deviation: float
-    heading_deviation: float
-    agreement: float
-
-    @property
-    def pose(self) -> Pose:
-        """x, y, theta."""
-        return (self.x, self.y, self.theta)
-
-
-class Estimator:
+class ParticleFilter:
     """The filter. It is deterministic: the same seed and inputs give the same estimates."""
 
     def __init__(self, floor: Floor, *, seed: int = 0, particles: int = PARTICLES) -> None:
         self._floor = floor
-        self._expected = ExpectedRanges(floor)
+        self._sonar = SonarModel(floor)
         self._random = np.random.default_rng(seed)
         self._count = particles
         start = floor.plan.start
@@ -148,6 +119,10 @@ class Estimator:
         """Whether the sonars contradict the estimate persistently, or it is spread too wide."""
         return self.agreement < LOST_AGREEMENT or self._estimate.deviation > LOST_DEVIATION
 
+    def belief(self) -> Belief:
+        """The particles gathered in cells."""
+        return in_cells(self._x, self._y, self._theta, np.exp(self._weights))
+
     def mass_near(self, x: float, y: float, *, within: float) -> float:
         """The share of belief that lies ``within`` metres of a point, 0 to 1."""
         shares = np.exp(self._weights)
@@ -156,10 +131,7 @@ class Estimator:
 
     def fit(self, pose: Pose, ranges: Floats) -> float:
         """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
-        heard = np.flatnonzero(np.isfinite(ranges))
-        if len(heard) == 0:
-            return 0.0
-        return float(self._agreeing(pose, ranges[heard], BEARINGS[heard]).mean())
+        return self._sonar.fit(pose, ranges)
 
     def recover(self, ranges: Floats, *, radius: float) -> bool:
         """Search poses within ``radius`` metres for those that fit the whole ring of readings.
@@ -194,29 +166,12 @@ class Estimator:
 
     def _log_likelihood(self, ranges: Floats, bearings: Floats) -> Floats:
         """Log likelihoods of readings, summed per particle: shape (particles,)."""
-        look = self._theta[:, None] + bearings
-        opened, shut = self._expected.at(
-            self._x[:, None] + RING_RADIUS * np.cos(look),
-            self._y[:, None] + RING_RADIUS * np.sin(look),
-            look,
-        )
-        seen = np.minimum(ranges, REACH)
-        scale = -0.5 / (RANGE_SIGMA + 0.02 * seen) ** 2
-        fit = OPEN_SHARE * np.exp(scale * (seen - opened) ** 2)
-        fit += SHUT_SHARE * np.exp(scale * (seen - shut) ** 2)
-        return np.asarray(np.log(fit + STRAY_SHARE * 0.2).sum(axis=1))
+        return self._sonar.log_likelihood(self._x, self._y, self._theta, ranges, bearings)
 
     def _judge(self, ranges: Floats, bearings: Floats, *, still: bool) -> None:
         memory = MEMORY * (0.3 if still else 1.0)
-        for agrees in self._agreeing(self._estimate.pose, ranges, bearings).tolist():
+        for agrees in self._sonar.agreeing(self._estimate.pose, ranges, bearings).tolist():
             self.agreement += memory * (agrees - self.agreement)
-
-    def _agreeing(self, pose: Pose, ranges: Floats, bearings: Floats) -> Floats:
-        look = pose[2] + bearings
-        x, y = pose[0] + RING_RADIUS * np.cos(look), pose[1] + RING_RADIUS * np.sin(look)
-        seen = np.minimum(ranges, REACH)
-        fits = [np.abs(seen - guess) < AGREES for guess in self._expected.at(x, y, look)]
-        return np.asarray(fits[0] | fits[1], dtype=np.float64)
 
     def _resample(self, shares: Floats) -> None:
         """Draw particles anew in proportion to their weights, and roughen the copies."""

@@ -1,0 +1,19 @@
+"""The localizers by name, as the command line has them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from navigate.maps import Floor
+from navigate.position._localizer import Localizer
+from navigate.position._particles import ParticleFilter
+from navigate.position._reckoning import DeadReckoning
+
+LocalizerName = Literal["particles", "odometry"]
+
+
+def make_localizer(name: LocalizerName, floor: Floor, *, seed: int = 0) -> Localizer:
+    """The localizer of that name; ``seed`` is of its random numbers, if it draws any."""
+    if name == "odometry":
+        return DeadReckoning(floor)
+    return ParticleFilter(floor, seed=seed)
