@@ -20,6 +20,8 @@ from navigate.messages import (
     PlanRoutes,
     Rooms,
     SetPosition,
+    ShowMap,
+    StopDriving,
     WhereAmI,
     WhereIsRoom,
 )
@@ -105,6 +107,23 @@ async def test_a_killed_goal_stops_the_robot():
         assert (await again.result(timeout=20)).metres < 1.0
 
 
+async def test_a_drive_can_be_stopped_past_the_task_tree():
+    async with office() as asker, asker.subscribe(Sensors) as sensed:
+        handle = await asker.expand(NavigateToGoal(x=2187.0, y=7000.0))
+        async for sensors in sensed:
+            if sensors.speed > 0.4:
+                break
+        position = await asker.query(StopDriving())
+        with pytest.raises(TaskFailedError, match="stopped by asker") as caught:
+            await handle.result(timeout=10)
+        failure = caught.value.failure
+        assert failure.name == "cancelled" == failure.data["outcome"]
+        assert failure.data["metres"] > 0
+        assert position.time >= sensors.time
+        idle = await asker.query(StopDriving())
+        assert idle.room == position.room
+
+
 SOUND = {
     "time": 1.0,
     "period": 0.1,
@@ -146,6 +165,7 @@ async def test_questions_about_rooms_routes_and_places():
     async with office() as asker:
         rooms = await asker.query(Rooms())
         assert len(rooms) == 60
+        assert await asker.query(ShowMap()) == load_plan()
         route = await asker.query(PlanRoute(goal="r-5303"))
         assert route.via[-1] == "r-5303"
         table = await asker.query(PlanRoutes(rooms=[room.room for room in rooms]))

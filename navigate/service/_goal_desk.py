@@ -1,0 +1,83 @@
+"""Goals on the bus: driving to them, and stopping on the way."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+
+from navigate.driving import Drive
+from navigate.maps import CENTIMETRES, Point
+from navigate.messages import (
+    NavigateToGoal,
+    NavigationFailure,
+    NavigationReport,
+    Position,
+    StopDriving,
+)
+from navigate.navigator import Navigator
+from navigate.routes import show_point
+from navigate.service._helm import Helm
+from tca_bus import Context, Module, TaskContext, TaskError
+
+log = logging.getLogger(__name__)
+
+
+class GoalDesk:
+    """Serves `NavigateToGoal`, one at a time, and `StopDriving`."""
+
+    def __init__(self, navigator: Navigator, module: Module, helm: Helm) -> None:
+        self._navigator, self._helm = navigator, helm
+        self._errand: Drive | None = None
+        self._ended, self._stopped_by = asyncio.Event(), ""
+        module.serve(NavigateToGoal, self._on_goal)
+        module.serve(StopDriving, self._on_stop)
+
+    def stepped(self) -> None:
+        """The navigator took in a reading: the drive may have ended."""
+        if self._errand is not None and self._errand.done:
+            self._ended.set()
+
+    async def _on_goal(self, goal: NavigateToGoal, _context: TaskContext) -> NavigationReport:
+        sensors = await self._helm.first_sensors()
+        point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
+        self._ended.clear()
+        self._stopped_by = ""
+        self._errand = errand = self._navigator.start(point, sensors)
+        log.info("drives to %s", self._name(point))
+        try:
+            if not errand.done:
+                await self._helm.answer(sensors)
+                await self._ended.wait()
+        finally:
+            self._errand = None
+            await self._helm.stop()
+        await self._helm.until_told()
+        return self._ending(errand, point)
+
+    async def _on_stop(self, _query: StopDriving, context: Context) -> Position:
+        driving = self._errand is not None and not self._errand.done
+        if driving:
+            self._stopped_by = context.sender
+        await self._helm.stop()
+        if driving:
+            log.warning("stopped by %s", context.sender)
+            self._ended.set()
+        return self._navigator.position()
+
+    def _ending(self, errand: Drive, point: Point) -> NavigationReport:
+        report = self._navigator.report(errand)
+        name = self._name(point)
+        if self._stopped_by and not errand.done:
+            text = f"did not get to {name}: stopped by {self._stopped_by}"
+            stopped = report.model_copy(update={"outcome": NavigationFailure.CANCELLED})
+            raise TaskError(NavigationFailure.CANCELLED, text, data=stopped)
+        if errand.failure is None:
+            log.info("arrived at %s, %.1f m", name, report.metres)
+            return report
+        text = f"did not get to {name}: {errand.failure.text}"
+        log.warning("%s (%s)", text, errand.failure.reason)
+        raise TaskError(errand.failure.reason, text, data=report) from errand.failure
+
+    def _name(self, point: Point) -> str:
+        room = self._navigator.floor.room_near(*point)
+        return room or show_point(point)

@@ -1,0 +1,116 @@
+"""The helm: takes in what the robot senses, and answers with the wheels, tick by tick."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+
+from navigate.body import fault_of
+from navigate.driving import STOP
+from navigate.messages import NavigationFailure
+from navigate.navigator import Navigator
+from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError, TaskError
+from xavier_sim.messages import DoorMoved, Drive, Sensors
+
+SENSOR_SECONDS = 30.0
+"""Wall seconds that a goal waits for a robot that says nothing yet."""
+
+CLOCK_SECONDS = 2.0
+"""Wall seconds that the end of a drive waits for the time of its last tick to be told."""
+
+log = logging.getLogger(__name__)
+
+
+class Helm:
+    """Steps a navigator with each reading and answers the robot.
+
+    Args:
+        navigator: what decides.
+        module: that hears the robot.
+        stepped: called after the navigator took in a reading.
+    """
+
+    def __init__(self, navigator: Navigator, module: Module, stepped: Callable[[], None]) -> None:
+        self._navigator, self._module, self._stepped = navigator, module, stepped
+        self.sensors: Sensors | None = None
+        self._heard = asyncio.Event()
+        self._unheard, self._faults = 0, 0
+        module.serve(Sensors, self._on_sensors)
+        module.serve(DoorMoved, self._on_door_moved)
+
+    async def first_sensors(self) -> Sensors:
+        """The latest reading.
+
+        Raises:
+            TaskError: ``lost``, the robot has sent nothing for `SENSOR_SECONDS`.
+        """
+        try:
+            async with asyncio.timeout(SENSOR_SECONDS):
+                await self._heard.wait()
+        except TimeoutError as error:
+            text = f"the robot has sent no sensor readings for {SENSOR_SECONDS:.0f} s"
+            raise TaskError(NavigationFailure.LOST, text) from error
+        assert self.sensors is not None
+        return self.sensors
+
+    async def stop(self) -> None:
+        """Give up the goal, stand, and say so to the robot at once."""
+        self._navigator.cancel()
+        if self.sensors is not None:
+            await self.answer(self.sensors)
+
+    async def answer(self, sensors: Sensors) -> None:
+        """Answer the sensors of a tick; a robot that went away is no reason to end."""
+        wheels, busy = self._navigator.wheels, self._navigator.busy
+        drive = Drive(tick=sensors.tick, speed=wheels.speed, turn_rate=wheels.turn, busy=busy)
+        try:
+            await self._module.inform(drive)
+        except ClosedError:
+            # This module is on its way out, and the robot sees that it goes.
+            return
+        except (NoHandlerError, BusGoneError) as error:
+            self._unheard += 1
+            if self._unheard == 1:
+                log.warning("nobody takes the wheels' commands: %s", error)
+        else:
+            self._unheard = 0
+
+    async def until_told(self) -> None:
+        """Let all hear the time of the last tick before they hear what came of a drive.
+
+        In lockstep time stands still once the drive has ended; who reads the clock on hearing of
+        it should find the same time in every run.
+        """
+        sensors = self.sensors
+        if sensors is None or not sensors.lockstep:
+            return
+        try:
+            async with asyncio.timeout(CLOCK_SECONDS):
+                await self._module.clock.watch_until(sensors.time)
+        except TimeoutError:
+            log.warning("nobody tells the time of tick %d", sensors.tick)
+
+    async def _on_sensors(self, sensors: Sensors, _context: Context) -> None:
+        if fault := fault_of(sensors):
+            await self._refuse(sensors, fault)
+            return
+        self._faults = 0
+        last, self.sensors = self.sensors, sensors
+        if last is None or (sensors.tick, sensors.time) != (last.tick, last.time):
+            self._navigator.step(sensors)
+            self._heard.set()
+            self._stepped()
+        await self.answer(sensors)
+
+    async def _refuse(self, sensors: Sensors, fault: str) -> None:
+        """Stand still on readings that are useless, and say so once."""
+        self._faults += 1
+        if self._faults == 1:
+            log.warning("sensors of tick %d are of no use: %s", sensors.tick, fault)
+        self._navigator.wheels = STOP
+        await self.answer(sensors)
+
+    async def _on_door_moved(self, moved: DoorMoved, _context: Context) -> None:
+        if moved.open:
+            self._navigator.hear_opened(moved.room)

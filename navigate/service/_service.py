@@ -1,0 +1,52 @@
+"""The ``navigate`` module: the navigator on the bus."""
+
+from __future__ import annotations
+
+from navigate.keeping import StateFile
+from navigate.navigator import Navigator
+from navigate.service._goal_desk import GoalDesk
+from navigate.service._helm import Helm
+from navigate.service._keeper import keep, load
+from navigate.service._map_desk import MapDesk
+from navigate.service._position_desk import PositionDesk
+from tca_bus import BusOptions, Module
+
+NAME = "navigate"
+
+
+class NavigateService:
+    """Serves a `Navigator` on the bus, with its state in ``kept`` if that is given.
+
+    Use: ``await NavigateService(navigator, options).run()``; it runs until cancelled.
+    """
+
+    def __init__(
+        self, navigator: Navigator, options: BusOptions | None, kept: StateFile | None = None
+    ) -> None:
+        self.module = Module(NAME, options=options, sole=True)
+        self._navigator, self._kept = navigator, kept
+        self._helm = Helm(navigator, self.module, self._stepped)
+        self._goals = GoalDesk(navigator, self.module, self._helm)
+        PositionDesk(navigator, self.module)
+        MapDesk(navigator, self.module)
+
+    async def run(self) -> None:
+        """Serve until cancelled.
+
+        Raises:
+            BusGoneError: there is no router.
+            RefusedError: there is a navigator on the realm.
+        """
+        if self._kept is not None:
+            load(self._navigator, self._kept)
+        async with self.module:
+            if self._kept is not None:
+                saving = keep(self._navigator, self._kept, sensed=self._has_sensed)
+                self.module.start(saving, name="navigate keeps its state")
+            await self.module.serve_forever()
+
+    def _has_sensed(self) -> bool:
+        return self._helm.sensors is not None
+
+    def _stepped(self) -> None:
+        self._goals.stepped()
