@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from navigate.body import (
     wrap,
 )
 from navigate.driving import STOP, Drive, Driver, Surroundings, View, Wheels
+from navigate.freezing import freeze, thaw
 from navigate.maps import Floats, Floor, Point
 from navigate.messages import NavigationReport, Position
 from navigate.position import Confidence, Localizer, ParticleFilter
@@ -50,6 +51,11 @@ class Navigator:
         seed: of the particle filter.
         localizer: knows where the robot is; the particle filter, unless another is given.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = (
+        "time", "_odom", "_ranges", "_still_ticks", "_searches",
+        "localizer", "memory", "surroundings", "_confidence",
+    )  # fmt: skip
 
     def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
         self.floor = floor
@@ -148,6 +154,24 @@ class Navigator:
         turned = abs(pose[2] - first[2]) > TURNED
         moved = pose[:2] != first[:2]
         return self.localizer.fit(pose, self._ranges) - 0.2 * turned - 0.05 * moved
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot is believed to be: metres and radians."""
+        return self.localizer.estimate.pose
+
+    def set_pose(self, pose: Pose) -> None:
+        """Believe to be at a pose, as somebody said who sees the robot there."""
+        self.localizer.place(pose, spread=0.1, turn_spread=0.1)
+
+    def freeze(self) -> dict[str, Any]:
+        """The whole state between two drives: `thaw` goes on from it bit for bit."""
+        return freeze(self)
+
+    def thaw(self, state: dict[str, Any]) -> None:
+        """Go on from what `freeze` gave; a drive under way is given up."""
+        self.cancel()
+        thaw(self, state)
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs to go on, roughly: the estimate, not each particle."""

@@ -164,6 +164,17 @@ class World:
         """Whether each door is open, by the room it belongs to."""
         return dict(zip(self.geometry.door_rooms, self._open, strict=True))
 
+    @property
+    def open_doors(self) -> dict[str, bool]:
+        """Whether each door is open, by its own name."""
+        return dict(zip(self.geometry.door_names, self._open, strict=True))
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """Where the robot really is: x, y in metres, theta in radians, not wrapped."""
+        state = self._physics.state
+        return state.x, state.y, state.theta
+
     def set_door(self, name: str, *, is_open: bool) -> tuple[str, bool]:
         """Open or shut a door, and tell its room and how it stands now.
 

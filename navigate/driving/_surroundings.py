@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,8 @@ class _Echo(NamedTuple):
 class Surroundings:
     """What the sonars have heard lately."""
 
+    STATE: ClassVar[tuple[str, ...]] = ("_last", "_heard")
+
     def __init__(self) -> None:
         self._last: Floats = np.full((SONAR_COUNT, 2), np.inf)
         self._kept: deque[_Echo] = deque(maxlen=MOST_KEPT)
@@ -44,6 +46,14 @@ class Surroundings:
             self._last[number] = spot
             if ranges[number] < NEAR:
                 self._kept.append(_Echo(time, *spot))
+
+    @property
+    def _heard(self) -> list[tuple[float, float, float]]:
+        return [(echo.time, echo.x, echo.y) for echo in self._kept]
+
+    @_heard.setter
+    def _heard(self, echoes: list[tuple[float, float, float]]) -> None:
+        self._kept = deque((_Echo(*echo) for echo in echoes), maxlen=MOST_KEPT)
 
     def touch(self, odom: Pose, direction: float, time: float) -> None:
         """Remember a contact as if it had been heard: the sonars may not see it."""

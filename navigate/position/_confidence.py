@@ -8,6 +8,7 @@ is left for every neighbour whose place would look the same, until somebody says
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 from navigate.body import Pose
 from navigate.maps import Floats, Floor, Point
@@ -34,6 +35,8 @@ TOLD_REACH = 1.0
 
 class Confidence:
     """Judges an estimate; remembers what the navigator was told."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_told",)
 
     def __init__(self, floor: Floor, localizer: Localizer) -> None:
         self._floor, self._localizer = floor, localizer

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from navigate.body import Motion, Pose
+from navigate.freezing import Freezable
 from navigate.maps import Floats
 
 HEADINGS = 4
@@ -74,11 +75,12 @@ def _sums(which: NDArray[np.intp], values: Floats) -> Floats:
     return np.asarray(np.bincount(which, weights=values))
 
 
-class Localizer(Protocol):
+class Localizer(Freezable, Protocol):
     """Knows where the robot is, by what it is told of motions and readings.
 
     Deterministic: two that are made with the same floor and seed and are told the same say the
-    same. Positions are in metres in the map frame, angles in radians.
+    same. Positions are in metres in the map frame, angles in radians. ``STATE`` names the
+    attributes that hold all that it was told, so that it can be kept and gone on with exactly.
     """
 
     @property

@@ -8,6 +8,7 @@ Probabilistic Robotics, chapter 8.3, with resampling of low variance and roughen
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 
@@ -49,6 +50,10 @@ FOUND_AGREEMENT = 0.8
 
 class ParticleFilter:
     """The filter. It is deterministic: the same seed and inputs give the same estimates."""
+
+    STATE: ClassVar[tuple[str, ...]] = (
+        "agreement", "_x", "_y", "_theta", "_drift", "_weights", "_estimate", "_random",
+    )  # fmt: skip
 
     def __init__(self, floor: Floor, *, seed: int = 0, particles: int = PARTICLES) -> None:
         self._floor = floor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,8 @@ class DeadReckoning:
 
     It is never lost, since nothing could tell it so, and never finds itself again.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_pose", "_deviation", "_turn_deviation")
 
     def __init__(self, floor: Floor) -> None:
         self._sonar = SonarModel(floor)

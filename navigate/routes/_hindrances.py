@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from navigate.maps import Point
 from navigate.routes._routes import Hindrances
 
@@ -14,6 +16,8 @@ CERTAIN = 20.0
 
 class Memory:
     """Shut doors and blocked places with the time they were seen."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_seen",)
 
     def __init__(self) -> None:
         self._doors: dict[str, float] = {}
@@ -44,6 +48,14 @@ class Memory:
             frozenset(name for name, at in self._doors.items() if now - at < age),
             tuple(spot for spot, at in self._points.items() if now - at < age),
         )
+
+    @property
+    def _seen(self) -> dict[str, list[list[float | str]]]:
+        return self.snapshot()
+
+    @_seen.setter
+    def _seen(self, state: dict[str, list[list[float | str]]]) -> None:
+        self.restore(state)
 
     def snapshot(self) -> dict[str, list[list[float | str]]]:
         """What `restore` needs."""

@@ -2,7 +2,13 @@
 
 from xavier_sim.floors._floor import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.floors._floor_checks import FloorError
-from xavier_sim.floors._geometry import WALL_RADIUS, Geometry, build_geometry, space_at
+from xavier_sim.floors._geometry import (
+    WALL_RADIUS,
+    Geometry,
+    build_geometry,
+    shared_edges,
+    space_at,
+)
 from xavier_sim.floors._survey import plan_to_yaml, survey_floor
 
 __all__ = [
@@ -14,6 +20,7 @@ __all__ = [
     "find_floor",
     "load_floor",
     "plan_to_yaml",
+    "shared_edges",
     "space_at",
     "survey_floor",
 ]

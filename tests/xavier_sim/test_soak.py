@@ -1,0 +1,200 @@
+"""The soak: errands without end, judged by the truth, resumed bit for bit."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from xavier_sim.floors import load_floor
+from xavier_sim.soak import Job, NavigatorError, Soak, SoakOptions, Way, load_factory
+from xavier_sim.soak._doors import DoorKeeper
+from xavier_sim.soak._histogram import Histogram
+from xavier_sim.soak._loading import make_navigator
+from xavier_sim.soak._reaching import Reach
+from xavier_sim.world import World
+
+FLOOR = str(Path(__file__).parent / "soak_floor.yaml")
+
+
+def soak_of(**options):
+    return Soak(SoakOptions(**{"floor": FLOOR, "seed": 3, "shut_share": 0.0, **options}))
+
+
+def test_a_robot_runs_errands_from_room_to_room():
+    soak = soak_of()
+    job = soak.run_job()
+    assert (job.outcome, job.way, job.false_arrival) == ("arrived", Way.OPEN, False)
+    assert job.metres > 1.0
+    assert job.seconds > 3.0
+    assert job.off < 0.5
+    assert soak.world.truth().space == job.goal
+    assert soak.run_job().start == job.goal
+
+
+def test_a_door_that_stays_shut_is_the_right_reason_to_give_up():
+    soak = soak_of(shut_share=1.0, door_moves_per_hour=0.0)
+    job = soak.run_job()
+    assert (job.way, job.reason) == (Way.SHUT, "door_blocked")
+    assert job.refused_rightly
+    assert not job.arrived
+
+
+def test_a_resumed_soak_is_the_same_bit_for_bit():
+    straight = soak_of(shut_share=0.3, door_moves_per_hour=60.0)
+    straight.run_job()
+    kept = json.loads(json.dumps(straight.snapshot()))
+    resumed = soak_of(shut_share=0.3, door_moves_per_hour=60.0)
+    resumed.restore(kept)
+    assert straight.run_job() == resumed.run_job()
+    assert straight.snapshot() == resumed.snapshot()
+
+
+def test_a_robot_that_fails_again_and_again_is_helped():
+    soak = soak_of(navigator=f"{__name__}:Sleeper", rest=0.0)
+    jobs = [soak.run_job() for _ in range(3)]
+    assert [job.reason for job in jobs] == ["asleep"] * 3
+    assert soak.tally.rescues == 1
+    assert soak.navigator.told == [(3.6, 1.2, 0.0)]
+
+
+class Sleeper:
+    """A navigator that gives every goal up."""
+
+    pose, done, confidence, recoveries = (0.0, 0.0, 0.0), True, 0.5, 0
+    speed = turn = 0.0
+    reason = "asleep"
+
+    def __init__(self, plan, *, seed):
+        self.told = []
+
+    @property
+    def failure(self):
+        return self
+
+    position = failure
+
+    def step(self, sensors):
+        return self
+
+    def start(self, goal, sensors):
+        return self
+
+    def cancel(self):
+        pass
+
+    def report(self, drive):
+        return self
+
+    def set_pose(self, pose):
+        self.told.append(pose)
+
+    def freeze(self):
+        return {}
+
+    def thaw(self, state):
+        pass
+
+
+def test_navigators_are_had_by_name_or_by_import_string():
+    assert load_factory("navigate") is load_factory("navigate.factory:make_navigator")
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("navigat", "is not installed; installed: navigate."),
+        ("nowhere.at:all", "cannot be imported: No module named 'nowhere'"),
+        ("math:pi", "is a float, expected a callable"),
+    ],
+)
+def test_a_navigator_that_cannot_be_had_is_explained(name, why):
+    with pytest.raises(NavigatorError) as caught:
+        load_factory(name)
+    assert why in str(caught.value)
+    assert caught.value.name == name
+
+
+def test_what_a_navigator_lacks_is_named():
+    with pytest.raises(NavigatorError, match="makes a Lame, which lacks cancel, freeze, pose"):
+        make_navigator(f"{__name__}:Lame", load_floor(FLOOR), seed=0, options={})
+
+
+class Lame:
+    def __init__(self, plan, *, seed):
+        pass
+
+    def step(self, sensors):
+        pass
+
+
+def test_reach_follows_open_doors():
+    plan = load_floor(FLOOR)
+    reach, doors = Reach(plan), {"d-1": True, "d-2": False, "d-3": True}
+    assert reach.reachable("r-1", "r-3", doors)
+    assert not reach.reachable("r-1", "r-2", doors)
+    assert reach.reachable("r-2", "r-2", doors)
+
+
+def test_doors_stand_shut_for_their_share_of_the_time():
+    world = World(load_floor(FLOOR), 0)
+    doors = world.geometry.door_names
+    keeper = DoorKeeper(doors, shut_share=0.25, moves_per_hour=3600.0, seed=1)
+    keeper.furnish(world)
+    shut, moves = Counter(), 0
+    for tick in range(0, 30_000, 10):
+        world.tick = tick
+        moves += keeper.tend(world)
+        shut.update(name for name, is_open in world.open_doors.items() if not is_open)
+    assert 0.2 < shut.total() / (3 * 3000) < 0.3
+    assert moves > 500
+
+
+def test_doors_that_nobody_moves_stay_as_they_are():
+    world = World(load_floor(FLOOR), 0)
+    keeper = DoorKeeper(world.geometry.door_names, shut_share=0.5, moves_per_hour=0.0, seed=1)
+    world.tick = 10**9
+    assert not keeper.tend(world)
+
+
+@given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=60), st.floats(0.01, 1.0))
+@settings(max_examples=40)
+def test_quantiles_are_right_within_a_bin(values, share):
+    histogram = Histogram(width=0.01, bins=400)
+    for value in values:
+        histogram.add(value)
+    found = histogram.quantile(share)
+    below = sum(value <= found for value in values)
+    assert below >= share * len(values) - 1e-6
+    assert sum(value < found - 0.01 for value in values) < share * len(values) + 1e-6
+    assert histogram.most == max(values)
+
+
+def job_of(**facts):
+    plain = {
+        "number": 0, "began": 0.0, "start": "r-1", "goal": "r-2", "way": "open", "reason": None,
+        "seconds": 20.0, "metres": 8.0, "off": 0.1, "worst_off": 0.2, "confidence": 0.9,
+        "recoveries": 0, "bumps": 0,
+    }  # fmt: skip
+    return Job(**{**plain, **facts})
+
+
+@pytest.mark.parametrize(
+    ("facts", "outcome", "rightly"),
+    [
+        ({}, "arrived", False),
+        ({"off": 0.6}, "elsewhere", False),
+        ({"reason": "no_route"}, "no_route", False),
+        ({"reason": "no_route", "way": "shut"}, "no_route", True),
+        ({"reason": "door_blocked", "way": "changing"}, "door_blocked", True),
+        ({"reason": "lost", "way": "shut"}, "lost", False),
+    ],
+)
+def test_a_job_is_judged_by_the_truth(facts, outcome, rightly):
+    job = job_of(**facts)
+    assert (job.outcome, job.refused_rightly) == (outcome, rightly)
+    assert job.false_arrival == (outcome == "elsewhere")

@@ -1,0 +1,32 @@
+"""Random errands for hours with any navigator, in one process, and what they came to."""
+
+from xavier_sim.soak._contract import (
+    Believed,
+    DriveReport,
+    DriveUnderWay,
+    Failure,
+    NavigatorCore,
+    NavigatorFactory,
+    Wheels,
+)
+from xavier_sim.soak._jobs import Job, Way
+from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
+from xavier_sim.soak._options import SoakOptions
+from xavier_sim.soak._soak import Soak
+
+__all__ = [
+    "Believed",
+    "DriveReport",
+    "DriveUnderWay",
+    "Failure",
+    "Job",
+    "NavigatorCore",
+    "NavigatorError",
+    "NavigatorFactory",
+    "Soak",
+    "SoakOptions",
+    "Way",
+    "Wheels",
+    "load_factory",
+    "navigator_names",
+]

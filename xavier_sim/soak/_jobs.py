@@ -1,0 +1,94 @@
+"""One errand of the soak and how it ended, judged by the truth."""
+
+from __future__ import annotations
+
+import enum
+import statistics
+from collections import Counter
+from collections.abc import Iterable
+
+from pydantic import BaseModel, ConfigDict
+
+ASTRAY = 0.5
+"""Metres from the place of a room beyond which a robot that reports arrival is elsewhere."""
+
+TIME_LIMIT = 1200.0
+"""Simulated seconds after which a drive that does not end is given up."""
+
+ENDLESS = "endless"
+"""The reason of a drive that was given up at the time limit."""
+
+BLOCKED_REASONS = frozenset({"door_blocked", "corridor_blocked", "no_route"})
+"""What a drive may fail with where the doors left no way for some of its time."""
+
+
+class Way(enum.StrEnum):
+    """Whether the doors left a way from the robot to the goal while it drove."""
+
+    OPEN = "open"
+    """At all times."""
+    SHUT = "shut"
+    """At no time."""
+    CHANGING = "changing"
+    """At some times, so that both arriving and giving up are right."""
+
+
+class Job(BaseModel):
+    """One errand: metres, seconds, and what came of it.
+
+    ``reason`` is None for a reported arrival, ``off`` then the metres from the place of the room;
+    ``worst_off`` is the greatest distance between belief and truth on the way.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    number: int
+    began: float
+    start: str | None
+    goal: str
+    way: Way
+    reason: str | None
+    seconds: float
+    metres: float
+    off: float
+    worst_off: float
+    confidence: float
+    recoveries: int
+    bumps: int
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the navigator said so and was right."""
+        return self.reason is None and self.off <= ASTRAY
+
+    @property
+    def false_arrival(self) -> bool:
+        """Whether the navigator said that it had arrived and was elsewhere."""
+        return self.reason is None and self.off > ASTRAY
+
+    @property
+    def refused_rightly(self) -> bool:
+        """Whether a drive failed for the doors, and they did leave no way for a time."""
+        return self.way is not Way.OPEN and self.reason in BLOCKED_REASONS
+
+    @property
+    def outcome(self) -> str:
+        """``arrived``, ``elsewhere``, or the reason of the failure."""
+        return self.reason or ("arrived" if self.arrived else "elsewhere")
+
+
+def outcomes(jobs: Iterable[Job]) -> dict[str, int]:
+    """How many jobs ended in each way but for arrivals, most frequent first."""
+    return dict(Counter(job.outcome for job in jobs if not job.arrived).most_common())
+
+
+def share(part: Iterable[Job], whole: Iterable[Job]) -> float | None:
+    """The share of jobs, None where there are none to share."""
+    total = sum(1 for _ in whole)
+    return round(sum(1 for _ in part) / total, 5) if total else None
+
+
+def median_speed(jobs: Iterable[Job]) -> float | None:
+    """The median over arrivals of metres driven by seconds taken, waiting included."""
+    speeds = [job.metres / job.seconds for job in jobs if job.arrived and job.metres > 1.0]
+    return round(statistics.median(speeds), 3) if speeds else None

@@ -1,0 +1,35 @@
+"""What a soak is made of: everything on which its course depends."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from xavier_sim.floors import DEFAULT_FLOOR
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class SoakOptions(BaseModel):
+    """The same options give the same soak, bit for bit.
+
+    ``survey_sigma`` is the standard deviation in metres of the errors of walls and doors in the
+    map that the navigator is given. ``rest`` is how many seconds the robot stands between jobs.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    seed: int = Field(default=0, ge=0)
+    floor: str = DEFAULT_FLOOR
+    navigator: str = "navigate"
+    navigator_options: dict[str, str] = {}
+    survey_sigma: float = Field(default=0.03, ge=0.0, le=0.2)
+    shut_share: Share = 0.1
+    door_moves_per_hour: float = Field(default=1.0, ge=0.0, le=3600.0)
+    rest: float = Field(default=2.0, ge=0.0, le=3600.0)
+
+    def differences(self, other: SoakOptions) -> dict[str, tuple[object, object]]:
+        """The fields in which two differ, with both values."""
+        mine, others = self.model_dump(), other.model_dump()
+        return {name: (mine[name], others[name]) for name in mine if mine[name] != others[name]}

@@ -1,0 +1,51 @@
+"""What a soak has come to: its jobs, and what was measured at every second of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from xavier_sim.soak._histogram import Histogram
+from xavier_sim.soak._jobs import Job
+
+ERROR_BIN, ERROR_BINS = 0.01, 1000
+"""Metres of a bin of position errors, up to ten."""
+
+SPEED_BIN, SPEED_BINS = 0.01, 200
+"""Metres per second of a bin of speeds, up to two."""
+
+MOVING = 0.02
+"""Metres per second from which the robot drives."""
+
+
+class Tally:
+    """Jobs in their order, and distributions of what was measured."""
+
+    def __init__(self) -> None:
+        self.jobs: list[Job] = []
+        self.rescues = 0
+        self.door_moves = 0
+        self.errors = Histogram(width=ERROR_BIN, bins=ERROR_BINS)
+        self.speeds = Histogram(width=SPEED_BIN, bins=SPEED_BINS)
+
+    def sample(self, *, error: float, speed: float) -> None:
+        """Count the metres between belief and truth, and the speed while driving."""
+        self.errors.add(error)
+        if abs(speed) >= MOVING:
+            self.speeds.add(abs(speed))
+
+    def snapshot(self) -> dict[str, Any]:
+        """What `restore` needs."""
+        return {
+            "jobs": [job.model_dump(mode="json") for job in self.jobs],
+            "rescues": self.rescues,
+            "door_moves": self.door_moves,
+            "errors": self.errors.snapshot(),
+            "speeds": self.speeds.snapshot(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a snapshot."""
+        self.jobs = [Job.model_validate(job) for job in state["jobs"]]
+        self.rescues, self.door_moves = state["rescues"], state["door_moves"]
+        self.errors.restore(state["errors"])
+        self.speeds.restore(state["speeds"])
