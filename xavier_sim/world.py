@@ -29,7 +29,7 @@ from xavier_sim.body import (
 from xavier_sim.floors import build_geometry, space_at
 from xavier_sim.messages import FloorPlan, SpaceKind
 from xavier_sim.profile import STEPS_PER_TICK, TICK, XAVIER, RobotProfile
-from xavier_sim.sensors import Camera, Look, RayCaster, SonarRing
+from xavier_sim.sensors import Camera, Look, Rays, SonarRing, make_caster
 
 BEFORE_DOOR = 0.9
 """A robot in the corridor is before a door when its centre is this near to it, metres."""
@@ -101,15 +101,24 @@ class World:
         plan: a valid floor plan.
         seed: of all noise, 0 or more.
         profile: the robot's body and sensors.
+        rays: what casts the rays of its sensors; what they sense does not depend on it.
     """
 
-    def __init__(self, plan: FloorPlan, seed: int = 0, profile: RobotProfile = XAVIER) -> None:
+    def __init__(
+        self,
+        plan: FloorPlan,
+        seed: int = 0,
+        profile: RobotProfile = XAVIER,
+        *,
+        rays: Rays = "numpy",
+    ) -> None:
         self.plan, self.seed, self.profile = plan, seed, profile
         self.geometry = build_geometry(plan)
         start = BodyState(plan.start.x, plan.start.y, plan.start_heading)
         self._physics = Physics(self.geometry, profile.base, start)
         segments = np.concatenate([self.geometry.walls, self.geometry.doors])
-        self._caster = RayCaster(segments, profile.sonar.farthest + profile.sonar.ring_radius)
+        reach = profile.sonar.farthest + profile.sonar.ring_radius
+        self._caster = make_caster(rays, segments, reach)
         self._odometry = Odometry(profile.odometry, seed)
         self._sonar = SonarRing(profile.sonar, seed)
         self._bumpers = Bumpers()

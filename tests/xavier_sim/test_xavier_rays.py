@@ -1,8 +1,10 @@
-"""One geometry: rays, brute force and the physics see the same walls."""
+"""One geometry: both casters, brute force and the physics see the same walls."""
 
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pymunk
@@ -15,7 +17,9 @@ from xavier_sim.body._physics import ROBOT_CATEGORY
 from xavier_sim.floors import WALL_RADIUS, build_geometry, load_floor
 from xavier_sim.messages import Corner, Door, FloorPlan, Space, SpaceKind
 from xavier_sim.profile import XAVIER
-from xavier_sim.sensors import RayCaster
+from xavier_sim.sensors import RayCaster, make_caster
+from xavier_sim.sensors._caster import PARALLEL
+from xavier_sim.sensors._compiling import compiled
 
 PLAN = load_floor()
 GEOMETRY = build_geometry(PLAN)
@@ -39,7 +43,7 @@ def brute(x, y, angle, segments=SEGMENTS):
     for x0, y0, x1, y1 in segments:
         dx, dy, wx, wy = x1 - x0, y1 - y0, x0 - x, y0 - y
         cross = ux * dy - uy * dx
-        if cross == 0.0:
+        if abs(cross) <= PARALLEL * math.hypot(dx, dy):
             continue
         distance, share = (wx * dy - wy * dx) / cross, (wx * uy - wy * ux) / cross
         if distance >= 0.0 and -1e-9 <= share <= 1.0 + 1e-9:
@@ -47,8 +51,8 @@ def brute(x, y, angle, segments=SEGMENTS):
     return best if best <= REACH else math.inf
 
 
-def cast(x, y, angle):
-    return float(CULLED.cast(np.array([[x, y]]), np.array([angle]))[0][0])
+def cast(x, y, angle, caster=CULLED):
+    return float(caster.cast(np.array([[x, y]]), np.array([angle]))[0][0])
 
 
 @settings(max_examples=150, deadline=None)
@@ -93,9 +97,111 @@ def test_incidence_is_the_cosine_to_the_normal():
     assert cosine == pytest.approx([1.0, math.cos(math.radians(40))])
 
 
-def test_no_walls_at_all():
-    caster = RayCaster(np.empty((0, 4)), REACH)
-    assert np.isinf(caster.cast(np.zeros((3, 2)), np.zeros(3))[0]).all()
+@pytest.fixture(scope="module")
+def both():
+    """The two casters; importing numba takes a second, which only this file's tests pay."""
+    pytest.importorskip("numba")
+    return RayCaster(SEGMENTS, REACH), make_caster("numba", SEGMENTS, REACH)
+
+
+def same(one, other, *where, **about):
+    for mine, theirs in zip(one.cast(*where, **about), other.cast(*where, **about), strict=True):
+        assert mine.tobytes() == theirs.tobytes()
+
+
+crowds = st.lists(
+    st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.05, 0.6)), max_size=4
+).map(lambda rows: np.array(rows, dtype=float).reshape(-1, 3))
+round_angles = st.integers(-16, 16).map(lambda eighth: eighth * math.pi / 8)
+
+
+@settings(max_examples=150, deadline=None)
+@given(points, st.lists(angles | round_angles, min_size=1, max_size=12), crowds, st.data())
+def test_both_casters_agree_bit_for_bit(both, point, looks, crowd, data):
+    starts = np.tile(
+        data.draw(st.sampled_from([np.array(point), np.round(point)])), (len(looks), 1)
+    )
+    door = data.draw(st.integers(len(GEOMETRY.walls), len(SEGMENTS) - 1))
+    for caster in both:
+        caster.switch(door, on=data.draw(st.booleans()) if caster is both[0] else both[0]._on[door])
+    same(*both, starts, np.array(looks), circles=crowd + [*point, 0.0])
+
+
+def test_both_casters_agree_outside_of_the_floor(both):
+    looks = np.linspace(-math.pi, math.pi, 60)
+    for x, y in ((-3.0, 20.0), (500.0, 20.0), (5.0, -2.0), (5.0, 1e6)):
+        same(*both, np.tile([[x, y]], (60, 1)), looks)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(st.tuples(*[st.integers(-12, 12)] * 4), min_size=1, max_size=12).map(
+        lambda rows: [row for row in rows if row[:2] != row[2:]]
+    ),
+    st.tuples(st.integers(-12, 12), st.integers(-12, 12)),
+    st.lists(angles | round_angles, min_size=1, max_size=8),
+)
+def test_both_casters_agree_among_slanting_walls(both, rows, point, looks):
+    walls = np.array(rows, dtype=float).reshape(-1, 4) / 2
+    casters = RayCaster(walls, REACH), type(both[1])(walls, REACH)
+    same(*casters, np.tile(np.array(point) / 2, (len(looks), 1)), np.array(looks))
+
+
+def test_circles_stand_before_walls():
+    west = np.array([[7.57, 20.0]]), np.array([math.pi])
+    wall, _ = CULLED.cast(*west)
+    person = np.array([[7.07, 20.1, 0.25], [9.0, 20.0, 0.5], [0.0, 20.0, 0.3]])
+    distance, cosine = CULLED.cast(*west, circles=person)
+    assert distance[0] == pytest.approx(0.5 - math.sqrt(0.25**2 - 0.1**2))
+    assert cosine[0] == pytest.approx(math.sqrt(1 - 0.4**2))
+    assert distance[0] < wall[0]
+    assert CULLED.cast(*west, circles=person[1:])[0] == wall
+    assert CULLED.cast(*west, circles=np.array([[7.6, 20.0, 0.25]]))[0] == 0.0
+
+
+def test_what_cannot_be_cached_is_compiled_all_the_same():
+    pytest.importorskip("numba")
+    scope = {}
+    exec("def twice(x):\n    return 2 * x", scope)  # of no file, so that no cache has a place
+    fast = compiled(scope["twice"])
+    assert fast is not scope["twice"]
+    assert fast(2.5) == 5.0
+
+
+WITHOUT_NUMBA = """
+import sys
+sys.modules["numba"] = None
+import importlib.util
+importlib.util.find_spec = lambda name, find=importlib.util.find_spec: (
+    None if name == "numba" else find(name))
+import numpy
+from tca_bus import ConfigError
+from xavier_sim.sensors import RayCaster, make_caster
+import xavier_sim.sensors._grid as grid
+walls = numpy.array([[2.0, -9.0, 2.0, 9.0]])
+assert type(make_caster("auto", walls, 6.5)) is RayCaster
+print(grid.GridCaster(walls, 6.5).cast(numpy.zeros((1, 2)), numpy.zeros(1))[0])
+try:
+    make_caster("numba", walls, 6.5)
+except ConfigError as error:
+    print(error)
+"""
+
+
+def test_without_numba_numpy_casts():
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_NUMBA], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines() == [
+        "[2.]",
+        "rays is 'numba', expected numpy or auto, as numba (the extra 'fast') is missing",
+    ]
+
+
+def test_no_walls_at_all(both):
+    for caster in both:
+        empty = type(caster)(np.empty((0, 4)), REACH)
+        assert np.isinf(empty.cast(np.zeros((3, 2)), np.zeros(3))[0]).all()
 
 
 def test_spaces_are_open_to_each_other_and_rooms_are_not():

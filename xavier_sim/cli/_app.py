@@ -27,6 +27,7 @@ from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yam
 from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
 from xavier_sim.profile import XAVIER, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.running import RobotModule, RobotState, SimClock, parse_speed
+from xavier_sim.sensors import Rays
 from xavier_sim.snapshots import SnapshotFile, write_atomically
 from xavier_sim.world import World
 
@@ -34,6 +35,7 @@ app = make_app("xavier", help="The simulated robot, the office round it, and its
 
 Share = Annotated[float, Parameter(validator=Number(gte=0.0, lte=1.0))]
 Data = Annotated[Path | None, Parameter(env_var="TCA_DATA")]
+RaysFlag = Annotated[Rays, Parameter(env_var="XAVIER_RAYS")]
 
 
 @app.command
@@ -45,6 +47,7 @@ async def run(
     battery: float | None = None,
     data: Data = None,
     epoch: str | None = None,
+    rays: RaysFlag = "auto",
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the simulated robot until it is stopped.
@@ -57,10 +60,12 @@ async def run(
             charging when not given.
         data: Folder to keep the world in, so that a restarted one goes on.
         epoch: Simulated time at the start, ISO 8601; now when not given.
+        rays: What casts the rays of the sensors: numba, the extra "fast", is quicker and the
+            same; auto takes it where it is installed.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
-    state, store = open_world(map, seed, speed, data, epoch, battery=battery)
+    state, store = open_world(map, seed, speed, data, epoch, battery=battery, rays=rays)
     await RobotModule(state, store, bus_options(flags)).run()
 
 
@@ -138,6 +143,7 @@ def open_world(
     epoch: str | None,
     *,
     battery: float | None = None,
+    rays: Rays = "numpy",
 ) -> tuple[RobotState, SnapshotFile | None]:
     """Make the world that the flags of ``xavier run`` name, or go on with the one in ``data``.
 
@@ -149,7 +155,7 @@ def open_world(
     pace = parse_speed(speed)
     start = _epoch(epoch)
     plan = load_floor(str(find_floor(floor)))
-    world = World(plan, _seed(seed), _with_battery(battery))
+    world = World(plan, _seed(seed), _with_battery(battery), rays=rays)
     state = RobotState(world, SimClock(start), speed=pace)
     if data is None:
         return state, None

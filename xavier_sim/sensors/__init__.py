@@ -1,12 +1,17 @@
 """What the robot senses the world with: sonars and camera, and the rays behind them."""
 
 from xavier_sim.sensors._camera import Camera, Look
+from xavier_sim.sensors._caster import Caster
+from xavier_sim.sensors._choice import Rays, make_caster
 from xavier_sim.sensors._rays import RayCaster
 from xavier_sim.sensors._sonar import SonarRing
 
 __all__ = [
     "Camera",
+    "Caster",
     "Look",
     "RayCaster",
+    "Rays",
     "SonarRing",
+    "make_caster",
 ]

@@ -1,21 +1,18 @@
-"""Ray casting against wall segments, in numpy, with a radius cull."""
+"""Ray casting in numpy, with a radius cull: every ray against every segment that is near."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from xavier_sim.sensors._caster import END_TOLERANCE, PARALLEL, Caster, Floats
 
 CULL_MARGIN = 1.0
 """How far the robot may move, in metres, before the near segments are looked for again."""
 
-END_TOLERANCE = 1e-9
-"""Share of a segment's length that is added at both ends, so that corners have no gap."""
 
-
-class RayCaster:
-    """Casts rays at the segments of a floor, some of which (doors) can be switched off.
+class RayCaster(Caster):
+    """The caster that needs nothing but numpy.
 
     Args:
         segments: shape (n, 4), x0, y0, x1, y1 in metres.
@@ -23,68 +20,77 @@ class RayCaster:
     """
 
     def __init__(self, segments: Floats, reach: float) -> None:
-        self._start = np.ascontiguousarray(segments[:, :2], dtype=np.float64)
-        self._along = np.ascontiguousarray(segments[:, 2:] - segments[:, :2], dtype=np.float64)
-        self._length = np.hypot(self._along[:, 0], self._along[:, 1])
-        self._on = np.ones(len(segments), dtype=np.bool_)
-        self._reach = reach
+        super().__init__(segments, reach)
         self._culled_at: tuple[float, float] | None = None
-        self._near: NDArray[np.intp] = np.arange(len(segments))
+        self._keep(np.arange(len(segments)))
 
     def switch(self, index: int, *, on: bool) -> None:
         """Put a segment into the way of rays, or take it out."""
-        self._on[index] = on
+        super().switch(index, on=on)
         self._culled_at = None
 
-    def cast(self, origins: Floats, angles: Floats) -> tuple[Floats, Floats]:
-        """Cast rays that start near each other.
-
-        Args:
-            origins: shape (k, 2), metres.
-            angles: shape (k,), radians in the frame of the segments.
-
-        Returns:
-            Distances, shape (k,), ``inf`` beyond the reach, and the cosines of the angles of
-            incidence, shape (k,): 1 for a wall met head-on.
-        """
-        near = self._cull(float(origins[0, 0]), float(origins[0, 1]))
-        if near.size == 0:
-            return np.full(len(angles), np.inf), np.ones(len(angles))
-        distance, cosine = self._meet(near, origins, angles)
-        nearest = distance.argmin(axis=1)
-        rows = np.arange(len(angles))
-        hit = distance[rows, nearest]
-        hit[hit > self._reach] = np.inf
-        return hit, cosine[rows, nearest]
-
-    def _meet(
-        self, near: NDArray[np.intp], origins: Floats, angles: Floats
+    def _cast(
+        self, origins: Floats, ux: Floats, uy: Floats, circles: Floats
     ) -> tuple[Floats, Floats]:
-        """All rays against the segments ``near``: distances and cosines, shape (k, len(near))."""
-        ux, uy = np.cos(angles)[:, None], np.sin(angles)[:, None]
-        along, start = self._along[near], self._start[near]
-        dx, dy = along[:, 0], along[:, 1]
-        wx, wy = start[:, 0] - origins[:, :1], start[:, 1] - origins[:, 1:]
-        cross = ux * dy - uy * dx
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            distance = (wx * dy - wy * dx) / cross
-            share = (wx * uy - wy * ux) / cross
-        met = (distance >= 0.0) & (share >= -END_TOLERANCE) & (share <= 1.0 + END_TOLERANCE)
-        return np.where(met, distance, np.inf), np.abs(cross) / self._length[near]
+        self._cull(float(origins[0, 0]), float(origins[0, 1]))
+        hit, cosine = _nearest(*self._meet_segments(origins, ux[:, None], uy[:, None]))
+        if len(circles):
+            rounds = _nearest(*_meet_circles(origins, ux[:, None], uy[:, None], circles))
+            nearer = rounds[0] < hit
+            hit = np.where(nearer, rounds[0], hit)
+            cosine = np.where(nearer, rounds[1], cosine)
+        beyond = ~(hit <= self._reach)
+        hit[beyond], cosine[beyond] = np.inf, 1.0
+        return hit, cosine
 
-    def _cull(self, x: float, y: float) -> NDArray[np.intp]:
-        """The switched-on segments that a ray from near (x, y) can reach."""
+    def _meet_segments(self, origins: Floats, ux: Floats, uy: Floats) -> tuple[Floats, Floats]:
+        """All rays against the near segments: distances and cosines, shape (k, near)."""
+        wx, wy = self._near_x - origins[:, :1], self._near_y - origins[:, 1:]
+        dx, dy = self._near_dx, self._near_dy
+        cross = ux * dy - uy * dx
+        sine = np.abs(cross) / self._near_length
+        askew = sine > PARALLEL
+        divisor = np.where(askew, cross, 1.0)
+        distance = (wx * dy - wy * dx) / divisor
+        share = (wx * uy - wy * ux) / divisor
+        met = askew & (distance >= 0.0) & (share >= -END_TOLERANCE)
+        met &= share <= 1.0 + END_TOLERANCE
+        return np.where(met, distance, np.inf), sine
+
+    def _cull(self, x: float, y: float) -> None:
+        """Keep the switched-on segments that a ray from near (x, y) can reach."""
         at = self._culled_at
         if at is None or abs(at[0] - x) + abs(at[1] - y) > CULL_MARGIN / 2:
             self._culled_at = (x, y)
             reach = self._reach + CULL_MARGIN
-            self._near = np.flatnonzero(self._on & (self.distances(x, y) <= reach))
-        return self._near
+            self._keep(np.flatnonzero(self._on & (self.distances(x, y) <= reach)))
 
-    def distances(self, x: float, y: float) -> Floats:
-        """The distance from a point to each segment, shape (n,), whether switched on or off."""
-        to_x, to_y = x - self._start[:, 0], y - self._start[:, 1]
-        dx, dy = self._along[:, 0], self._along[:, 1]
-        share = np.clip((to_x * dx + to_y * dy) / self._length**2, 0.0, 1.0)
-        distance: Floats = np.hypot(to_x - share * dx, to_y - share * dy)
-        return distance
+    def _keep(self, near: NDArray[np.intp]) -> None:
+        self._near_x, self._near_y = self._start[near].T.copy()
+        self._near_dx, self._near_dy = self._along[near].T.copy()
+        self._near_length = self._length[near]
+
+
+def _nearest(distance: Floats, cosine: Floats) -> tuple[Floats, Floats]:
+    """The nearest of each row, the first one of several; ``inf`` where there is none."""
+    rows = np.arange(len(distance))
+    if distance.shape[1] == 0:
+        return np.full(len(rows), np.inf), np.ones(len(rows))
+    nearest = distance.argmin(axis=1)
+    return distance[rows, nearest], cosine[rows, nearest]
+
+
+def _meet_circles(
+    origins: Floats, ux: Floats, uy: Floats, circles: Floats
+) -> tuple[Floats, Floats]:
+    """All rays against all circles: distances and cosines, shape (k, m)."""
+    wx, wy = circles[:, 0] - origins[:, :1], circles[:, 1] - origins[:, 1:]
+    radius = circles[:, 2]
+    middle = wx * ux + wy * uy
+    outside = wx * wx + wy * wy - radius * radius
+    half = middle * middle - outside
+    chord = np.sqrt(np.maximum(half, 0.0))
+    met = (middle > 0.0) & (half >= 0.0)
+    distance = np.where(met, middle - chord, np.inf)
+    inside = outside <= 0.0
+    return np.where(inside, 0.0, distance), np.where(inside, 1.0, chord / radius)

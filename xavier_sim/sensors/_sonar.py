@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from xavier_sim.messages import SONAR_COUNT
 from xavier_sim.noise import restore_stream, stream, stream_state
 from xavier_sim.profile import SonarProfile
-from xavier_sim.sensors._rays import Floats, RayCaster
+from xavier_sim.sensors._caster import Caster, Floats
 
 PITCH = 2.0 * math.pi / SONAR_COUNT
 
@@ -28,17 +28,34 @@ class SonarRing:
         self._phases = [np.arange(p, SONAR_COUNT, profile.phases) for p in range(profile.phases)]
         self._slope = 1.0 / (profile.specular_to - profile.specular_from)
 
-    def fire(self, tick: int, caster: RayCaster, x: float, y: float, theta: float) -> int:
-        """Fire the part of the ring whose turn it is, and return its bits."""
-        part = self._phases[tick % self._profile.phases]
-        self.readings[part] = self._measure(part, caster, x, y, theta)
-        return sum(1 << int(i) for i in part)
+    def fire(
+        self,
+        tick: int,
+        caster: Caster,
+        x: float,
+        y: float,
+        theta: float,
+        *,
+        circles: Floats | None = None,
+    ) -> int:
+        """Fire the part of the ring whose turn it is, and return its bits.
 
-    def fire_all(self, caster: RayCaster, x: float, y: float, theta: float) -> int:
+        Args:
+            tick: of the world.
+            caster: of the walls.
+            x: of the robot, metres.
+            y: likewise.
+            theta: its heading, radians.
+            circles: shape (m, 3), x, y and radius in metres of whoever stands about.
+        """
+        part = self._phases[tick % self._profile.phases]
+        return self._measure(part, (x, y, theta), caster, circles)
+
+    def fire_all(
+        self, caster: Caster, x: float, y: float, theta: float, *, circles: Floats | None = None
+    ) -> int:
         """Fire the whole ring at once, as when it is switched on."""
-        part = np.arange(SONAR_COUNT)
-        self.readings[part] = self._measure(part, caster, x, y, theta)
-        return (1 << SONAR_COUNT) - 1
+        return self._measure(np.arange(SONAR_COUNT), (x, y, theta), caster, circles)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as plain numbers; None stands for no echo."""
@@ -52,20 +69,26 @@ class SonarRing:
         restore_stream(self._random, state["random"])
 
     def _measure(
-        self, part: NDArray[np.intp], caster: RayCaster, x: float, y: float, theta: float
-    ) -> Floats:
-        """New readings of the sonars ``part``, metres from the ring, shape (len(part),)."""
-        profile = self._profile
+        self,
+        part: NDArray[np.intp],
+        pose: tuple[float, float, float],
+        caster: Caster,
+        circles: Floats | None,
+    ) -> int:
+        """Take new readings of the sonars ``part``, metres from the ring, and return their bits."""
+        profile, (x, y, theta) = self._profile, pose
         facing = theta + part * PITCH
         mounts = np.empty((len(part), 2))
         mounts[:, 0] = x + profile.ring_radius * np.cos(facing)
         mounts[:, 1] = y + profile.ring_radius * np.sin(facing)
         angles = (facing[:, None] + self._spread).ravel()
-        distance, cosine = caster.cast(np.repeat(mounts, profile.rays, axis=0), angles)
+        starts = np.repeat(mounts, profile.rays, axis=0)
+        distance, cosine = caster.cast(starts, angles, circles=circles)
         lost = self._random.random(len(angles)) < self._loss(cosine)
         distance[lost] = np.inf
         echo = distance.reshape(len(part), profile.rays).min(axis=1)
-        return self._disturb(echo)
+        self.readings[part] = self._disturb(echo)
+        return sum(1 << i for i in part.tolist())
 
     def _loss(self, cosine: Floats) -> Floats:
         """The chance that an echo glances off, by the cosine of its incidence."""
