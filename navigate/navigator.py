@@ -235,4 +235,6 @@ class Navigator:
             bump=sensors.bump,
             echoes=self.surroundings.around(odom, within=ECHO_RANGE),
             lost=self.localizer.lost,
+            speed=sensors.speed,
+            turn=sensors.turn_rate,
         )

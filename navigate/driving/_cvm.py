@@ -1,20 +1,21 @@
 """The curvature-velocity method: choose speed and turn rate among arcs between obstacles.
 
-Frame: x ahead, y to the left, curvature c = turn rate / speed, positive to the left. An obstacle
-circle (x, y) of radius r, inflated by the robot, blocks exactly the curvatures between
-2 (y - r) / (x^2 + y^2 - r^2) and 2 (y + r) / (x^2 + y^2 - r^2).
-After Simmons, The Curvature-Velocity Method for Local Obstacle Avoidance, ICRA 1996, section 3,
-with these bounds derived anew.
+The objective is linear in speed and in heading error on every interval of curvature with one
+free distance, so its best value in the dynamic window lies at a corner of the window, of the
+interval, or where one of them crosses the turn rate that is wanted. After Simmons, The
+Curvature-Velocity Method for Local Obstacle Avoidance, ICRA 1996, section 4.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from navigate.body import ROBOT_RADIUS
+from navigate.driving._arcs import Spans, free_spans
 from navigate.driving._view import STOP, Wheels
 from navigate.maps import Floats
 
@@ -34,8 +35,40 @@ SPEED_WEIGHT, FREE_WEIGHT, HEADING_WEIGHT = 0.3, 0.8, 1.0
 LOOK_AHEAD = 0.9
 """Seconds over which a turn rate changes the heading that is judged."""
 
-_TURNS: Floats = 0.075 * np.arange(-12, 13, dtype=np.float64)
-_SHARES: Floats = np.linspace(0.2, 1.0, 6)
+TOP_SPEED = 0.6
+"""Metres per second."""
+
+TOP_TURN = 0.9
+"""Radians per second while driving."""
+
+WINDOW_SECONDS = 0.2
+"""Two ticks: what is wanted now is judged anew before it is reached."""
+
+ACCELERATION, SLOWING, TURN_ACCELERATION = 0.7, 1.4, 3.0
+"""What the base can do in a second: metres per second, and radians per second."""
+
+
+class Window(NamedTuple):
+    """The dynamic window: speeds in m/s and turn rates in rad/s that can be had soon."""
+
+    slowest: float
+    fastest: float
+    right: float
+    left: float
+
+    @classmethod
+    def whole(cls, top_speed: float) -> Window:
+        """All speeds up to one, as if the base had no mass."""
+        return cls(0.0, top_speed, -TOP_TURN, TOP_TURN)
+
+    @classmethod
+    def around(cls, speed: float, turn: float, top_speed: float) -> Window:
+        """What a base that moves at ``speed`` and ``turn`` can reach within `WINDOW_SECONDS`."""
+        slowest = max(0.0, speed - SLOWING * WINDOW_SECONDS)
+        fastest = max(slowest, min(top_speed, speed + ACCELERATION * WINDOW_SECONDS))
+        reach = TURN_ACCELERATION * WINDOW_SECONDS
+        turn = min(TOP_TURN, max(-TOP_TURN, turn))
+        return cls(slowest, fastest, max(-TOP_TURN, turn - reach), min(TOP_TURN, turn + reach))
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,69 +79,44 @@ class Choice:
     free: float
 
 
-def blocked_curvatures(x: Floats, y: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Bounds of the curvatures that circles block; infinite where the robot is inside of one.
-
-    Args:
-        x: metres ahead of the robot, shape (n,).
-        y: metres to the left, shape (n,).
-        radius: metres, inflated by the robot's own.
-    """
-    power = x * x + y * y - radius * radius
-    inside = power <= 1e-9
-    safe = np.where(inside, 1.0, power)
-    low = np.where(inside, -np.inf, 2.0 * (y - radius) / safe)
-    high = np.where(inside, np.inf, 2.0 * (y + radius) / safe)
-    return low, high
-
-
-def free_arcs(curvatures: Floats, x: Floats, y: Floats, radius: float) -> Floats:
-    """Metres along arcs of ``curvatures`` (m,) until they enter one of n circles; inf if never.
-
-    Circles that hold the robot already block only ways that lead further in: those ahead.
-    """
-    if len(x) == 0:
-        return np.full(len(curvatures), np.inf)
-    low, high = blocked_curvatures(x, y, radius)
-    bent = curvatures[:, None]
-    blocks = (bent > low) & (bent < high)
-    reach = np.where(blocks, _entry(bent, x, y, radius), np.inf)
-    return np.asarray(reach.min(axis=1))
-
-
-def choose(echoes: Floats, heading: float, *, top_speed: float, margin: float = MARGIN) -> Choice:
+def choose(echoes: Floats, heading: float, window: Window, *, margin: float = MARGIN) -> Choice:
     """Choose wheels for a robot among ``echoes`` (n, 2) that wants to turn by ``heading``.
 
     Returns:
         The best admissible choice; `STOP` with the free metres ahead when there is none.
     """
     x, y = echoes[:, 0], echoes[:, 1]
-    speeds = (_SHARES * top_speed)[:, None]
-    curvatures = _TURNS / speeds
-    free = free_arcs(curvatures.ravel(), x, y, ROBOT_RADIUS + margin).reshape(curvatures.shape)
-    admissible = speeds**2 <= 2.0 * BRAKING * (free - HALT).clip(min=0.0)
-    if not admissible.any():
-        return Choice(STOP, float(free[:, len(_TURNS) // 2].min()))
-    off = np.abs((heading - _TURNS * LOOK_AHEAD + math.pi) % (2.0 * math.pi) - math.pi)
-    score = SPEED_WEIGHT * speeds / top_speed - HEADING_WEIGHT * off / math.pi
-    score = score + FREE_WEIGHT * np.minimum(free, HORIZON) / HORIZON
-    best = np.where(admissible, score, -np.inf).argmax()
-    row, column = divmod(int(best), len(_TURNS))
-    wheels = Wheels(float(speeds[row, 0]), float(_TURNS[column]))
-    return Choice(wheels, float(free[row, column]))
+    spans = free_spans(x, y, ROBOT_RADIUS + margin, within=HORIZON)
+    top = np.sqrt(2.0 * BRAKING * np.maximum(spans.free - HALT, 0.0))
+    admissible = (top > 0.0) & (top >= window.slowest)
+    top = np.minimum(top, window.fastest)
+    wanted = min(window.left, max(window.right, heading / LOOK_AHEAD))
+    speeds = _corner_speeds(spans, window, wanted, top)
+    right = np.maximum(spans.low * speeds, window.right)
+    left = np.minimum(spans.high * speeds, window.left)
+    turns = np.minimum(np.maximum(wanted, right), left)
+    score = _score(speeds, turns, spans.free, heading)
+    score[~(admissible & (right <= left + 1e-9))] = -np.inf
+    row, column = divmod(int(score.argmax()), len(top))
+    if not math.isfinite(score[row, column]) or speeds[row, column] <= 0.0:
+        return Choice(STOP, spans.at(0.0))
+    wheels = Wheels(float(speeds[row, column]), float(turns[row, column]))
+    return Choice(wheels, float(spans.free[column]))
 
 
-def _entry(curvature: Floats, x: Floats, y: Floats, radius: float) -> Floats:
-    """Arc length at which the arc enters each circle that it meets, shape (m, n)."""
+def _corner_speeds(spans: Spans, window: Window, wanted: float, top: Floats) -> Floats:
+    """Speeds at which the objective may have its best value, shape (8, m)."""
+    turns = np.array([window.right, window.left, wanted])[:, None]
+    speeds = np.empty((8, len(top)))
+    speeds[0], speeds[1] = window.slowest, top
     with np.errstate(divide="ignore", invalid="ignore"):
-        straight = x - np.sqrt(np.maximum(radius**2 - y**2, 0.0))
-        turning = 1.0 / curvature
-        away = np.hypot(x, y - turning)
-        span = (turning**2 + away**2 - radius**2) / (2.0 * np.abs(turning) * away)
-        half = np.arccos(np.clip(span, -1.0, 1.0))
-        side = np.sign(turning)
-        toward = np.arctan2(x, side * (turning - y)) % (2.0 * math.pi)
-        bent = ((toward - half) % (2.0 * math.pi)) * np.abs(turning)
-    reach = np.where(np.abs(curvature) < 1e-6, np.where(straight < 0, np.inf, straight), bent)
-    inside = x * x + y * y <= radius * radius
-    return np.where(inside, np.where(x > 0.5 * radius, 0.0, np.inf), reach)
+        np.divide(turns, spans.low, out=speeds[2:5])
+        np.divide(turns, spans.high, out=speeds[5:8])
+    np.copyto(speeds, window.slowest, where=np.isnan(speeds))
+    return np.minimum(np.maximum(speeds, window.slowest), top)
+
+
+def _score(speeds: Floats, turns: Floats, free: Floats, heading: float) -> Floats:
+    off = np.abs(heading - turns * LOOK_AHEAD)
+    score = (SPEED_WEIGHT / TOP_SPEED) * speeds - (HEADING_WEIGHT / math.pi) * off
+    return np.asarray(score + (FREE_WEIGHT / HORIZON) * np.minimum(free, HORIZON))

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from navigate.body import ROBOT_RADIUS, wrap
-from navigate.driving._cvm import choose
+from navigate.driving._cvm import TOP_SPEED, Window, choose
 from navigate.driving._lanes import Lane, pick_lane
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import STOP, Manoeuvre, View, WayBlocked, Wheels
 from navigate.maps import Floats, Point
 from xavier_sim.messages import Space
 
-TOP_SPEED = 0.6
 SLOW_SPEED = 0.12
 CARROT = 1.1
 """Metres ahead in the lane that the robot steers for, on free floor."""
@@ -110,9 +109,10 @@ def _steer(view: View, way: Way, *, ends: bool) -> Wheels:
         return Wheels(0.0, turn_rate(error))
     top = min(TOP_SPEED, SLOW_SPEED + 0.7 * distance) if ends else TOP_SPEED
     near = view.echoes[(view.echoes**2).sum(axis=1) < (distance + 0.5) ** 2]
-    choice = choose(near, error, top_speed=top)
+    choice = choose(near, error, Window.around(view.speed, view.turn, top))
     if choice.wheels.speed == 0.0:
-        choice = choose(near, error, top_speed=SLOW_SPEED, margin=TIGHT_MARGIN)
+        slow = Window.around(view.speed, view.turn, SLOW_SPEED)
+        choice = choose(near, error, slow, margin=TIGHT_MARGIN)
     if choice.wheels.speed == 0.0 and abs(error) > 0.05:
         return Wheels(0.0, turn_rate(error))
     return choice.wheels

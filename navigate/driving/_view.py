@@ -38,7 +38,8 @@ class View:
 
     ``pose`` is believed, in the map frame, ``odom`` is dead reckoning. ``ranges`` has shape
     (24,), metres from the ring, inf for no echo; ``fresh`` holds the bits of new readings.
-    ``echoes`` are what was heard around lately, shape (n, 2), metres ahead and left.
+    ``echoes`` are what was heard around lately, shape (n, 2), metres ahead and left; ``speed``
+    in m/s and ``turn`` in rad/s are how the wheels move now.
     """
 
     time: float
@@ -49,6 +50,8 @@ class View:
     bump: int
     echoes: Floats
     lost: bool = False
+    speed: float = 0.0
+    turn: float = 0.0
 
     @property
     def at(self) -> Point:

@@ -8,7 +8,20 @@ from hypothesis import strategies as st
 
 from navigate.body import ROBOT_RADIUS, bump_direction, wrap
 from navigate.driving import STOP, Surroundings, View, Wheels
-from navigate.driving._cvm import blocked_curvatures, choose, free_arcs
+from navigate.driving._arcs import FAR, blocked_curvatures, free_spans, shortest_arcs
+from navigate.driving._cvm import (
+    BRAKING,
+    FREE_WEIGHT,
+    HALT,
+    HEADING_WEIGHT,
+    HORIZON,
+    LOOK_AHEAD,
+    MARGIN,
+    SPEED_WEIGHT,
+    TOP_SPEED,
+    Window,
+    choose,
+)
 from navigate.driving._lanes import BERTH, free_ahead, pick_lane
 from navigate.driving._safety import guard
 
@@ -48,29 +61,102 @@ def test_arcs_meet_circles_as_brute_force_says(x, y, radius, curvature):
     away = np.hypot(*(arc(curvature, lengths) - [x, y]).T)
     assume(abs(away.min() - radius) > 0.01)
     low, high = blocked_curvatures(np.array([x]), np.array([y]), radius)
-    free = free_arcs(np.array([curvature]), np.array([x]), np.array([y]), radius)[0]
     meets = away.min() < radius
     if curvature != 0.0 or x > 0.0:
         assert bool(low[0] < curvature < high[0]) == meets
     if meets:
-        # The arc is in the circle for 2 cm or more, so a sample finds it within one step.
-        late = lengths[np.argmax(away < radius)] - free
-        assert -1e-6 <= late <= lengths[1] + 1e-6
+        entry = lengths[np.argmax(away < radius)]
+        assert shortest_arcs(np.array([x]), np.array([y]), radius)[0] <= entry + 1e-6
+
+
+@settings(deadline=None, max_examples=60)
+@given(coordinates, coordinates, st.floats(0.1, 0.8))
+def test_no_arc_is_much_shorter_than_needed(x, y, radius):
+    """Some arc to a circle ahead is as short as the bound, but for a radius and a half."""
+    assume(math.hypot(x, y) > radius + 0.02 and x > 0.0)
+    angles = np.linspace(-math.pi, math.pi, 721)
+    rim_x, rim_y = x + radius * np.cos(angles), y + radius * np.sin(angles)
+    aside = np.clip(np.abs(np.arctan2(rim_y, rim_x)), 1e-9, 3.14)
+    shortest = (np.hypot(rim_x, rim_y) * aside / np.sin(aside)).min()
+    bound = shortest_arcs(np.array([x]), np.array([y]), radius)[0]
+    assert shortest - 1.5 * radius <= bound <= shortest + 1e-3
+
+
+circles = st.lists(st.tuples(coordinates, coordinates), max_size=20)
+
+
+@settings(deadline=None, max_examples=60)
+@given(circles, st.floats(0.1, 0.6), st.floats(-3.0, 3.0))
+def test_spans_say_of_every_arc_what_its_circles_say(spots, radius, curvature):
+    x, y = np.array(spots).reshape(-1, 2).T
+    spans = free_spans(x, y, radius)
+    assert np.all(spans.low[1:] >= spans.high[:-1])
+    low, high = blocked_curvatures(x, y, radius)
+    bounds = np.concatenate([low, high, [0.0]])
+    assume(np.abs(bounds - curvature).min() > 1e-3)
+    met = (low < curvature) & (curvature < high)
+    assert spans.at(curvature) == shortest_arcs(x, y, radius)[met].min(initial=FAR)
+
+
+def value(speed, turn, free, heading):
+    """The objective of the method, as the paper writes it."""
+    off = abs(heading - turn * LOOK_AHEAD) / math.pi
+    return (
+        SPEED_WEIGHT * speed / TOP_SPEED
+        + FREE_WEIGHT * min(free, HORIZON) / HORIZON
+        - HEADING_WEIGHT * off
+    )
+
+
+windows = st.builds(
+    Window.around, st.floats(0.0, 0.6), st.floats(-0.9, 0.9), st.sampled_from([0.12, 0.35, 0.6])
+)
+
+
+@settings(deadline=None, max_examples=40)
+@given(circles, st.floats(-0.8, 0.8), windows)
+def test_the_choice_is_the_best_of_the_window(spots, heading, window):
+    echoes = np.array(spots).reshape(-1, 2)
+    choice = choose(echoes, heading, window)
+    speed, turn, _ = choice.wheels
+    spans = free_spans(*echoes.T, ROBOT_RADIUS + MARGIN, within=HORIZON)
+    best = -math.inf
+    for other in np.linspace(max(window.slowest, 0.01), window.fastest, 7):
+        for bend in np.linspace(window.right, window.left, 13):
+            free = spans.at(bend / other)
+            if other**2 <= 2.0 * BRAKING * (free - HALT):
+                best = max(best, value(other, bend, free, heading))
+    if choice.wheels == STOP:
+        assert best == -math.inf
     else:
-        assert math.isinf(free)
+        assert window.slowest - 1e-9 <= speed <= window.fastest + 1e-9
+        assert window.right - 1e-9 <= turn <= window.left + 1e-9
+        assert value(speed, turn, choice.free, heading) >= best - 1e-6
+
+
+def test_the_window_is_what_the_base_can_reach_soon():
+    at_rest = Window.around(0.0, 0.0, 0.6)
+    assert at_rest.slowest == 0.0
+    assert 0.05 < at_rest.fastest < 0.2
+    assert at_rest.left == -at_rest.right < 0.9
+    fast = Window.around(0.6, 0.9, 0.6)
+    assert fast.slowest > 0.2
+    assert fast.fastest == 0.6
+    assert fast.left == 0.9
+    assert Window.around(0.6, 0.0, 0.1).fastest == fast.slowest
 
 
 def test_nothing_around_means_full_speed_towards_the_heading():
-    ahead = choose(np.zeros((0, 2)), 0.0, top_speed=0.6).wheels
+    ahead = choose(np.zeros((0, 2)), 0.0, Window.whole(0.6)).wheels
     assert ahead == Wheels(0.6, 0.0)
-    assert choose(np.zeros((0, 2)), 0.5, top_speed=0.6).wheels.turn > 0.3
+    assert choose(np.zeros((0, 2)), 0.5, Window.whole(0.6)).wheels.turn > 0.3
 
 
-@settings(deadline=None, max_examples=100)
-@given(st.lists(st.tuples(coordinates, coordinates), max_size=20), st.floats(-1.0, 1.0))
+@settings(deadline=None, max_examples=60)
+@given(circles, st.floats(-1.0, 1.0))
 def test_a_choice_can_always_stop_before_what_it_sees(spots, heading):
     echoes = np.array(spots).reshape(-1, 2)
-    choice = choose(echoes, heading, top_speed=0.6)
+    choice = choose(echoes, heading, Window.whole(0.6))
     if choice.wheels.speed > 0.0:
         assert choice.wheels.speed**2 <= 2 * 0.5 * choice.free
         curvature = choice.wheels.turn / choice.wheels.speed
@@ -82,7 +168,7 @@ def test_a_choice_can_always_stop_before_what_it_sees(spots, heading):
 
 def test_no_way_on_means_stop():
     wall = np.column_stack([np.full(21, 0.42), np.linspace(-1, 1, 21)])
-    assert choose(wall, 0.0, top_speed=0.6).wheels == STOP
+    assert choose(wall, 0.0, Window.whole(0.6)).wheels == STOP
 
 
 @given(st.lists(st.tuples(st.floats(0.2, 3.0), coordinates), max_size=15))
