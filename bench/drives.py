@@ -24,7 +24,8 @@ from navigate.navigator import Navigator
 from navigate.position import LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Sensors
-from xavier_sim.world import Reading, World
+from xavier_sim.robot import Reading
+from xavier_sim.world import World
 
 ARRIVED = 0.25
 MOST_TICKS = 6000

@@ -21,3 +21,8 @@ def stream_state(generator: np.random.Generator) -> dict[str, Any]:
 def restore_stream(generator: np.random.Generator, state: dict[str, Any]) -> None:
     """Put a stream back into a state that `stream_state` gave."""
     generator.bit_generator.state = state
+
+
+def derived_seed(seed: int, name: str) -> int:
+    """Another seed for something with a name, 0 or more, the same on any machine."""
+    return int(np.random.SeedSequence([seed, zlib.crc32(name.encode())]).generate_state(1)[0])

@@ -10,7 +10,8 @@ from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Corner, FloorPlan, Sensors, Space, SpaceKind
-from xavier_sim.world import Reading, World
+from xavier_sim.robot import Reading
+from xavier_sim.world import World
 
 EPOCH = 1.0e9
 

@@ -78,7 +78,7 @@ def test_one_door_too_far_for_slipping_wheels_and_right_after_being_told():
     """Haigh & Veloso (1998): the robot is found in r-5305 when it believed r-5303."""
     loop = standing_at(7.57, 18.0, math.pi / 2)
     drive = loop.start("r-5303")
-    loop.world.slip(-PITCH, 0.0)
+    loop.world.robot.slip(-PITCH, 0.0)
     for _ in range(900):
         if drive.done:
             break

@@ -46,8 +46,8 @@ def test_whoever_stands_inside_a_door_reads_that_room(room):
     door = next(door for door in PLAN.doors if room in door.between).at
     world.place_robot(place.x, place.y, math.atan2(place.y - door.y, place.x - door.x))
     readings = set()
-    for world.tick in range(30):
-        look = world.look()
+    for tick in range(30):
+        look = world.robot.look(tick)
         readings |= {look.text} if look.confidence > 0.97 else set()
     assert readings == {room}
 

@@ -11,7 +11,7 @@ from test_xavier_bus import robot
 from tca_bus import HandlerFailedError, Module
 from tca_bus.testing import bus
 from xavier_sim.body import Battery
-from xavier_sim.floors import load_floor
+from xavier_sim.floors import UnknownDoorError, load_floor
 from xavier_sim.messages import Battery as BatteryNews
 from xavier_sim.messages import (
     CameraPower,
@@ -25,7 +25,7 @@ from xavier_sim.messages import (
     WhereReally,
 )
 from xavier_sim.profile import XAVIER, BatteryProfile
-from xavier_sim.world import NotFreeError, UnknownDoorError, World
+from xavier_sim.world import NotFreeError, World
 
 PLAN = load_floor()
 WEAK = BatteryProfile(standing_seconds=100.0, metres=10.0, charging_seconds=10.0)
@@ -47,17 +47,17 @@ def test_an_empty_robot_stands_and_one_at_the_charger_recovers():
     world = World(PLAN, 1, XAVIER.model_copy(update={"battery": WEAK}))
     for _ in range(10):
         world.step(0.0, 0.0)
-    assert world.battery.charging
+    assert world.robot.battery.charging
     world.place_robot(7.57, 19.0, math.pi / 2)
-    world.battery.charge = 0.01
+    world.robot.battery.charge = 0.01
     for _ in range(60):
         world.step(0.6, 0.0)
-    assert world.battery.empty
+    assert world.robot.battery.empty
     assert world.reading.speed == pytest.approx(0.0, abs=1e-6)
     world.place_robot(PLAN.charger.x, PLAN.charger.y, 0.0)
     for _ in range(30):
         world.step(0.0, 0.0)
-    assert not world.battery.low
+    assert not world.robot.battery.low
 
 
 def test_a_kidnapped_robot_is_elsewhere_and_its_odometry_does_not_know():
@@ -76,7 +76,7 @@ def test_a_kidnapped_robot_is_elsewhere_and_its_odometry_does_not_know():
 def test_a_robot_is_put_beside_itself():
     world = World(PLAN, seed=1)
     world.place_robot(7.57, 20.0, math.pi / 2)
-    world.kidnap(*world.beside(3.597, 0.2))
+    world.kidnap(*world.robot.beside(3.597, 0.2))
     truth = world.truth()
     assert (truth.x, truth.y) == (pytest.approx(7.37), pytest.approx(23.597))
     assert truth.theta == pytest.approx(math.pi / 2)
@@ -85,10 +85,10 @@ def test_a_robot_is_put_beside_itself():
 @pytest.mark.parametrize("metres", [-1.5, 1.5])
 def test_slipping_wheels_count_wrongly_for_a_while(metres):
     sound, slips = World(PLAN, seed=1), World(PLAN, seed=1)
-    slips.slip(metres, 0.0)
+    slips.robot.slip(metres, 0.0)
     for _ in range(150):
         wrong, right = slips.step(0.5, 0.0), sound.step(0.5, 0.0)
-    assert slips.slipping == pytest.approx(0.0)
+    assert slips.robot.slipping == pytest.approx(0.0)
     assert slips.truth() == sound.truth()
     assert math.hypot(*wrong.odom[:2]) - math.hypot(*right.odom[:2]) == pytest.approx(
         metres, abs=0.01
@@ -97,18 +97,19 @@ def test_slipping_wheels_count_wrongly_for_a_while(metres):
 
 def test_faults_survive_a_snapshot():
     world, again = (World(PLAN, 1, XAVIER.model_copy(update={"battery": WEAK})) for _ in range(2))
-    world.slip(2.0, 0.0)
-    world.camera.is_on = False
-    world.battery.charge = 0.4
+    world.robot.slip(2.0, 0.0)
+    world.robot.camera.is_on = False
+    world.robot.battery.charge = 0.4
     again.restore(world.snapshot())
-    assert again.slipping == 2.0
-    assert not again.camera.is_on
-    assert again.battery.charge == 0.4
+    assert again.robot.slipping == 2.0
+    assert not again.robot.camera.is_on
+    assert again.robot.battery.charge == 0.4
 
 
 def test_a_snapshot_of_before_there_were_faults_is_restored():
     world, again = (World(PLAN, 1, XAVIER.model_copy(update={"battery": WEAK})) for _ in range(2))
     old = world.snapshot()
+    old |= old.pop("robots")["xavier"]
     del old["camera"], old["battery"], old["odometry"]["slipping"]
     again.restore(old)
     assert again.snapshot() == world.snapshot()

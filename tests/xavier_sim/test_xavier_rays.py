@@ -11,11 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tca_bus import ConfigError
-from xavier_sim.body import BodyState, Physics
-from xavier_sim.body._physics import ROBOT_CATEGORY
+from xavier_sim.body import Physics
 from xavier_sim.floors import WALL_RADIUS, build_geometry, load_floor
 from xavier_sim.messages import Corner, Door, FloorPlan, Space, SpaceKind
-from xavier_sim.profile import XAVIER
 from xavier_sim.sensors import RayCaster, _choice, make_caster
 from xavier_sim.sensors._caster import PARALLEL
 from xavier_sim.sensors._compiling import compiled
@@ -25,7 +23,9 @@ GEOMETRY = build_geometry(PLAN)
 SEGMENTS = np.concatenate([GEOMETRY.walls, GEOMETRY.doors])
 REACH = 6.5
 CULLED = RayCaster(SEGMENTS, REACH)
-PHYSICS = Physics(GEOMETRY, XAVIER.base, BodyState(-100.0, -100.0, 0.0))
+PHYSICS = Physics(GEOMETRY)
+for DOOR in range(len(GEOMETRY.doors)):
+    PHYSICS.set_door(DOOR, is_open=False)
 
 points = st.sampled_from(PLAN.spaces).flatmap(
     lambda space: st.tuples(
@@ -64,8 +64,7 @@ def solid_distance(x, y, angle):
     """Nearest wall by pymunk's own segment query, in which walls are thick."""
     far = REACH + 1.0
     end = (x + far * math.cos(angle), y + far * math.sin(angle))
-    walls_only = pymunk.ShapeFilter(mask=pymunk.ShapeFilter.ALL_MASKS() ^ ROBOT_CATEGORY)
-    hit = PHYSICS._space.segment_query_first((x, y), end, 0.0, walls_only)
+    hit = PHYSICS._space.segment_query_first((x, y), end, 0.0, pymunk.ShapeFilter())
     return math.inf if hit is None else hit.alpha * far
 
 

@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from xavier_sim.floors import load_floor
-from xavier_sim.world import UnknownDoorError, World
+from xavier_sim.floors import UnknownDoorError, load_floor
+from xavier_sim.world import World
 
 PLAN = load_floor()
 

@@ -4,7 +4,7 @@ from xavier_sim.body._base import clip_command, next_speed, next_turn_rate
 from xavier_sim.body._battery import Battery
 from xavier_sim.body._bumpers import Bumpers
 from xavier_sim.body._odometry import Odometry, wrap
-from xavier_sim.body._physics import BodyState, Contact, Physics
+from xavier_sim.body._physics import BodyState, Contact, Physics, RobotBody
 
 __all__ = [
     "Battery",
@@ -13,6 +13,7 @@ __all__ = [
     "Contact",
     "Odometry",
     "Physics",
+    "RobotBody",
     "clip_command",
     "next_speed",
     "next_turn_rate",

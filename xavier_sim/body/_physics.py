@@ -1,4 +1,4 @@
-"""The robot's body among walls and doors: pymunk, with nothing in it that a snapshot loses."""
+"""The robots' bodies among walls and doors: pymunk, with nothing in it that a snapshot loses."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from xavier_sim.floors import WALL_RADIUS, Geometry
 from xavier_sim.profile import PHYSICS_STEP, BaseProfile
 
 ROBOT, WALL = 1, 2
-ROBOT_CATEGORY = 2
 OPEN = pymunk.ShapeFilter(categories=0, mask=0)
 SHUT = pymunk.ShapeFilter()
+
+FRICTION = 0.3
 
 
 @dataclass
@@ -34,33 +35,29 @@ class BodyState:
         return self.vx * math.cos(self.theta) + self.vy * math.sin(self.theta)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class Contact:
-    """A touch during one step: its direction from the robot's centre, radians in the map frame."""
+    """A touch during one step: its direction from the robot's centre, radians in the map frame.
+
+    ``depth`` is in metres; a touch that involves two robots is a contact of each.
+    """
 
     direction: float
     depth: float
 
 
-class Physics:
-    """A disc with a heading on a floor of static segments.
+class RobotBody:
+    """A disc with a heading, which `Physics` moves: the velocities it is given are kept a step."""
 
-    Between two steps pymunk keeps neither cached contacts (the robot's shape is put in anew
-    after a touch) nor pushing-out velocities (``collision_bias`` 1; overlap is undone here). So
-    pose and velocities are the whole state, and a restored world goes on bit for bit. Setting
-    ``collision_persistence`` to 0 instead would switch the response to collisions off.
-    """
-
-    def __init__(self, geometry: Geometry, base: BaseProfile, start: BodyState) -> None:
-        self._space = pymunk.Space()
-        self._space.collision_persistence = 1
-        self._space.collision_bias = 1.0
-        self._space.collision_slop = 0.0
-        self._touches: list[tuple[float, float, float]] = []
-        self._add_walls(geometry.walls)
-        self._doors = [self._segment(*row) for row in geometry.doors]
-        self._body, self._shape = self._add_robot(base)
-        self._space.on_collision(ROBOT, WALL, pre_solve=self._touched)
+    def __init__(self, space: pymunk.Space, base: BaseProfile, start: BodyState) -> None:
+        self._space = space
+        moment = pymunk.moment_for_circle(base.mass, 0.0, base.radius)
+        self._body = pymunk.Body(base.mass, moment)
+        self.shape = pymunk.Circle(self._body, base.radius)
+        self.shape.friction, self.shape.elasticity = FRICTION, 0.0
+        self.shape.collision_type = ROBOT
+        space.add(self._body, self.shape)
+        self.touches: list[tuple[float, float, float]] = []
         self.state = start
 
     @property
@@ -77,35 +74,102 @@ class Physics:
         body.angle, body.angular_velocity = state.theta, state.turn_rate
         self._space.reindex_shapes_for_body(body)
 
-    def set_door(self, index: int, *, is_open: bool) -> None:
-        """Open or shut a door; the shape stays in the space, so that its order never changes."""
-        self._doors[index].filter = OPEN if is_open else SHUT
-
-    def step(self, speed: float, turn_rate: float) -> list[Contact]:
-        """Move for `PHYSICS_STEP` seconds with these velocities, and tell what was touched."""
+    def push(self, speed: float, turn_rate: float) -> None:
+        """Set the velocities for the next step: m/s along the heading, rad/s."""
         body = self._body
         heading = body.angle
         body.velocity = (speed * math.cos(heading), speed * math.sin(heading))
         body.angular_velocity = turn_rate
-        self._touches.clear()
-        self._space.step(PHYSICS_STEP)
-        return self._undo_overlap() if self._touches else []
 
-    def _undo_overlap(self) -> list[Contact]:
+    def contacts(self) -> list[Contact]:
+        """What was touched in the last step."""
+        return [Contact(math.atan2(ny, nx), depth) for nx, ny, depth in self.touches]
+
+    def undo_overlap(self) -> None:
+        """Move out of whatever was touched."""
         x, y = self._body.position
-        for nx, ny, depth in self._touches:
+        for nx, ny, depth in self.touches:
             x, y = x - nx * depth, y - ny * depth
         self._body.position = (x, y)
-        self._space.remove(self._shape)
-        self._space.add(self._shape)
-        return [Contact(math.atan2(ny, nx), depth) for nx, ny, depth in self._touches]
 
-    def _touched(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+
+class Physics:
+    """Robots on a floor of static segments, and what they run into: walls and each other.
+
+    Between two steps pymunk keeps neither cached contacts (the robots' shapes are put in anew
+    after a touch) nor pushing-out velocities (``collision_bias`` 1; overlap is undone here). So
+    poses and velocities are the whole state, and a restored world goes on bit for bit. Setting
+    ``collision_persistence`` to 0 instead would switch the response to collisions off.
+    """
+
+    def __init__(self, geometry: Geometry) -> None:
+        self._space = pymunk.Space()
+        self._space.collision_persistence = 1
+        self._space.collision_bias = 1.0
+        self._space.collision_slop = 0.0
+        self._robots: dict[pymunk.Shape, RobotBody] = {}
+        self._touched: list[RobotBody] = []
+        self._add_walls(geometry.walls)
+        self._doors = [self._segment(*row) for row in geometry.doors]
+        for shape in self._doors:
+            shape.filter = OPEN
+        self._space.on_collision(ROBOT, WALL, pre_solve=self._met_wall)
+        self._space.on_collision(ROBOT, ROBOT, pre_solve=self._met_robot)
+
+    def add_robot(self, base: BaseProfile, start: BodyState) -> RobotBody:
+        """Put a robot on the floor."""
+        robot = RobotBody(self._space, base, start)
+        self._robots[robot.shape] = robot
+        return robot
+
+    def set_door(self, index: int, *, is_open: bool) -> None:
+        """Open or shut a door; the shape stays in the space, so that its order never changes."""
+        self._doors[index].filter = OPEN if is_open else SHUT
+
+    def step(self) -> None:
+        """Move for `PHYSICS_STEP` seconds; what was touched stands in each robot's contacts."""
+        for robot in self._touched:
+            robot.touches = []
+        self._touched.clear()
+        self._space.step(PHYSICS_STEP)
+        if self._touched:
+            self._part()
+
+    def _part(self) -> None:
+        """Undo overlaps, and forget the contacts that pymunk keeps."""
+        for robot in self._touched:
+            robot.touches.sort()
+            robot.undo_overlap()
+        self.forget()
+
+    def forget(self) -> None:
+        """Put the robots' shapes in anew, always in one order: pymunk then remembers nothing."""
+        for shape in self._robots:
+            self._space.remove(shape)
+        for shape in self._robots:
+            self._space.add(shape)
+
+    def _met_wall(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         del space, data
-        points = arbiter.contact_point_set
-        sign = 1.0 if arbiter.shapes[0].collision_type == ROBOT else -1.0
-        depth = max((-point.distance for point in points.points), default=0.0)
-        self._touches.append((sign * points.normal.x, sign * points.normal.y, max(depth, 0.0)))
+        one, other = arbiter.shapes
+        nx, ny, depth = _touch(arbiter)
+        if one.collision_type == ROBOT:
+            self._touch(one, nx, ny, depth)
+        else:
+            self._touch(other, -nx, -ny, depth)
+
+    def _met_robot(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        del space, data
+        one, other = arbiter.shapes
+        nx, ny, depth = _touch(arbiter)
+        self._touch(one, nx, ny, depth / 2)
+        self._touch(other, -nx, -ny, depth / 2)
+
+    def _touch(self, shape: pymunk.Shape, nx: float, ny: float, depth: float) -> None:
+        robot = self._robots[shape]
+        if not robot.touches:
+            self._touched.append(robot)
+        robot.touches.append((nx, ny, depth))
 
     def _add_walls(self, walls: NDArray[np.float64]) -> None:
         for row in walls:
@@ -114,14 +178,13 @@ class Physics:
     def _segment(self, x0: float, y0: float, x1: float, y1: float) -> pymunk.Segment:
         ends = (float(x0), float(y0)), (float(x1), float(y1))
         shape = pymunk.Segment(self._space.static_body, *ends, WALL_RADIUS)
-        shape.friction, shape.elasticity, shape.collision_type = 0.3, 0.0, WALL
+        shape.friction, shape.elasticity, shape.collision_type = FRICTION, 0.0, WALL
         self._space.add(shape)
         return shape
 
-    def _add_robot(self, base: BaseProfile) -> tuple[pymunk.Body, pymunk.Circle]:
-        body = pymunk.Body(base.mass, pymunk.moment_for_circle(base.mass, 0.0, base.radius))
-        shape = pymunk.Circle(body, base.radius)
-        shape.friction, shape.elasticity, shape.collision_type = 0.3, 0.0, ROBOT
-        shape.filter = pymunk.ShapeFilter(categories=ROBOT_CATEGORY)
-        self._space.add(body, shape)
-        return body, shape
+
+def _touch(arbiter: pymunk.Arbiter) -> tuple[float, float, float]:
+    """The normal of a touch, from the first shape to the second, and its depth in metres."""
+    points = arbiter.contact_point_set
+    depth = max((-point.distance for point in points.points), default=0.0)
+    return points.normal.x, points.normal.y, max(depth, 0.0)

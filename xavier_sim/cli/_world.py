@@ -17,6 +17,7 @@ from tca_bus.cli import (
     emit_json,
     show_table,
 )
+from xavier_sim.floors import UnknownDoorError
 from xavier_sim.messages import (
     BatteryState,
     CameraPower,
@@ -34,7 +35,6 @@ from xavier_sim.messages import (
     WhereReally,
     WorldDoors,
 )
-from xavier_sim.world import UnknownDoorError
 
 
 async def door(

@@ -17,6 +17,7 @@ WALL_RADIUS = 0.02
 TOUCH = 1e-4
 """Lines nearer to each other than this, in metres, are one line."""
 
+Floats = NDArray[np.float64]
 Interval = tuple[float, float]
 Axis = Literal["x", "y"]
 Line = tuple[Axis, float]
@@ -39,8 +40,8 @@ class Geometry:
     and ``door_rooms`` are in the order of ``doors``.
     """
 
-    walls: NDArray[np.float64]
-    doors: NDArray[np.float64]
+    walls: Floats
+    doors: Floats
     door_names: tuple[str, ...]
     door_rooms: tuple[str, ...]
 
@@ -116,6 +117,17 @@ def build_geometry(plan: FloorPlan) -> Geometry:
         door_names=tuple(door.name for door, _ in doors),
         door_rooms=tuple(door_room(door, spaces) for door, _ in doors),
     )
+
+
+def segment_distances(segments: Floats, x: float, y: float) -> Floats:
+    """Metres from a point to each of the segments, shape (n,); ``segments`` has shape (n, 4)."""
+    start = segments[:, :2]
+    along = segments[:, 2:] - start
+    to_point = np.array([x, y]) - start
+    share = np.clip((to_point * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+    apart = to_point - share[:, None] * along
+    distances: Floats = np.hypot(apart[:, 0], apart[:, 1])
+    return distances
 
 
 def _openings(plan: FloorPlan) -> list[Edge]:

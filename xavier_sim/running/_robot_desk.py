@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tca_bus import Context, Module, TaskError
+from xavier_sim.floors import UnknownDoorError
 from xavier_sim.messages import (
     AnyFault,
     Battery,
@@ -26,7 +27,7 @@ from xavier_sim.messages import (
 )
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.running._robot_state import RobotState
-from xavier_sim.world import NotFreeError, UnknownDoorError
+from xavier_sim.world import NotFreeError
 
 
 class RobotDesk:
@@ -77,9 +78,9 @@ class RobotDesk:
         return DoorState(room=room, open=is_open)
 
     async def _on_read_plate(self, _query: ReadPlate, _context: Context) -> PlateReading:
-        if not self._state.world.camera.is_on:
+        if not self._state.robot.camera.is_on:
             raise TaskError("camera_gone", "the camera does not answer")
-        look = self._state.world.look()
+        look = self._state.robot.look(self._state.world.tick)
         reading = PlateReading(text=look.text, confidence=look.confidence, time=self._state.now)
         self._outlet.note(reading)
         return reading
@@ -99,22 +100,21 @@ class RobotDesk:
         return self._state.fault_state()
 
     def _make(self, fault: AnyFault) -> None:
-        world = self._state.world
+        robot = self._state.robot
         match fault:
             case CameraPower(on=on):
-                world.camera.is_on = on
+                robot.camera.is_on = on
             case Slip(metres=metres, turn=turn):
-                world.slip(metres, turn)
+                robot.slip(metres, turn)
             case Kidnap():
-                world.kidnap(*self._destination(fault), fault.theta)
+                self._state.world.kidnap(*self._destination(fault), fault.theta)
 
     def _destination(self, fault: Kidnap) -> tuple[float, float]:
-        world = self._state.world
         if fault.room is not None:
-            return world.place_of(fault.room)
+            return self._state.world.place_of(fault.room)
         if fault.x is not None and fault.y is not None:
             return fault.x, fault.y
-        return world.beside(fault.ahead, fault.left)
+        return self._state.robot.beside(fault.ahead, fault.left)
 
 
 def _differ(one: BatteryState, other: BatteryState) -> bool:

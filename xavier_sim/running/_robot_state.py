@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from xavier_sim.messages import BatteryState, DoorState, FaultState, Sensors, TrueLocation
 from xavier_sim.profile import TICK
+from xavier_sim.robot import Robot
 from xavier_sim.running._simulated_time import SimClock
 from xavier_sim.snapshots import Saved
 from xavier_sim.world import World
@@ -25,6 +26,11 @@ class RobotState:
     def __init__(self, world: World, clock: SimClock, *, speed: float | None) -> None:
         self.world, self.clock, self.speed = world, clock, speed
         self.tick_limit = world.tick
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that is shown to the bus."""
+        return self.world.robot
 
     @property
     def now(self) -> float:
@@ -56,7 +62,7 @@ class RobotState:
 
     def sensors(self) -> Sensors:
         """The reading of the current tick as a message."""
-        reading = self.world.reading
+        reading = self.robot.reading
         return Sensors(
             tick=reading.tick,
             time=self.now,
@@ -91,7 +97,7 @@ class RobotState:
 
     def battery_state(self) -> BatteryState:
         """How full the battery is, as a message; a robot without one is always full."""
-        battery = self.world.battery
+        battery = self.robot.battery
         return BatteryState(
             charge=round(battery.charge, 6) if battery else 1.0,
             low=battery is not None and battery.low,
@@ -104,8 +110,8 @@ class RobotState:
         """What is wrong with the robot, as a message."""
         truth = self.world.truth()
         return FaultState(
-            camera_on=self.world.camera.is_on,
-            slip=self.world.slipping,
+            camera_on=self.robot.camera.is_on,
+            slip=self.robot.slipping,
             room=truth.room,
             space=truth.space,
             tick=truth.tick,

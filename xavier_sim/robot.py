@@ -1,0 +1,230 @@
+"""One robot in the world: its body, its dead reckoning, its sensors, and what they read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xavier_sim.body import (
+    Battery,
+    BodyState,
+    Bumpers,
+    Contact,
+    Odometry,
+    RobotBody,
+    clip_command,
+    next_speed,
+    next_turn_rate,
+)
+from xavier_sim.floors import Geometry
+from xavier_sim.messages import Corner
+from xavier_sim.profile import PHYSICS_STEP, TICK, RobotProfile
+from xavier_sim.sensors import Camera, Look, Rays, SonarRing, make_caster
+
+STANDING = 1e-4
+"""A robot that moves no more than this in a tick stands, metres."""
+
+ON_WALL = 0.05
+"""What is so near before a wall, in metres, is on it."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the robot senses at the end of a tick: the fields of `Sensors`, less the time.
+
+    ``sonar`` has shape (24,), metres from the ring, ``inf`` for no echo; ``odom`` shape (3,).
+    """
+
+    tick: int
+    sonar: NDArray[np.float32]
+    sonar_fresh: int
+    odom: NDArray[np.float32]
+    speed: float
+    turn_rate: float
+    bump: int
+
+
+class Robot:
+    """A robot's body and senses; the world moves it and lets it sense, tick by tick.
+
+    Args:
+        body: in the physics of the world.
+        geometry: of the floor.
+        profile: what body and sensors are like.
+        seed: of this robot's noise.
+        charger: where it can charge its battery, if anywhere.
+        rays: what casts the rays of its sensors.
+    """
+
+    def __init__(
+        self,
+        body: RobotBody,
+        geometry: Geometry,
+        profile: RobotProfile,
+        seed: int,
+        *,
+        charger: Corner | None,
+        rays: Rays = "numpy",
+    ) -> None:
+        self.profile, self._body, self._charger = profile, body, charger
+        self._walls = len(geometry.walls)
+        segments = np.concatenate([geometry.walls, geometry.doors])
+        reach = profile.sonar.farthest + profile.sonar.ring_radius
+        self._caster = make_caster(rays, segments, reach)
+        for door in range(len(geometry.doors)):
+            self.see_door(door, is_open=True)
+        self._odometry = Odometry(profile.odometry, seed)
+        self._sonar = SonarRing(profile.sonar, seed)
+        self._bumpers = Bumpers()
+        self.camera = Camera(geometry, profile.camera, seed)
+        self.battery = Battery(profile.battery) if profile.battery else None
+        self.metres = 0.0
+        self._wanted = (0.0, 0.0)
+        self._before = start = body.state
+        self._touches: list[Contact] = []
+        self._prevented = 0.0
+        fresh = self._sonar.fire_all(self._caster, start.x, start.y, start.theta)
+        self.reading = self._read(0, fresh, 0)
+
+    @property
+    def state(self) -> BodyState:
+        """Where it really is, and how it moves."""
+        return self._body.state
+
+    @property
+    def bumps(self) -> int:
+        """Separate contacts since the world began."""
+        return self._bumpers.count
+
+    @property
+    def slipping(self) -> float:
+        """Metres that the odometry has still to count wrongly."""
+        return self._odometry.slipping
+
+    def command(self, speed: float, turn_rate: float) -> None:
+        """Take a command for the tick that begins, clipped to what the base can do.
+
+        Args:
+            speed: wanted velocity along the heading, m/s.
+            turn_rate: wanted rad/s, counter-clockwise positive.
+        """
+        if self.battery and self.battery.empty:
+            speed, turn_rate = 0.0, 0.0
+        self._wanted = clip_command(self.profile.base, speed, turn_rate)
+        self._before = self._body.state
+        self._touches, self._prevented = [], 0.0
+
+    def push(self) -> None:
+        """Set the wheels for the physics step that comes."""
+        base, state, (speed, turn_rate) = self.profile.base, self._body.state, self._wanted
+        wheels = next_speed(base, state.forward_speed(), speed)
+        self._body.push(wheels, next_turn_rate(base, state.turn_rate, turn_rate))
+
+    def feel(self) -> None:
+        """Take in what the last physics step touched."""
+        if self._body.touches:
+            self._touches += self._body.contacts()
+            missing = self._wanted[0] - self._body.state.forward_speed()
+            self._prevented += missing * PHYSICS_STEP
+
+    def sense(self, tick: int) -> Reading:
+        """End a tick: reckon, feel and fire the sensors whose turn it is."""
+        before, now = self._before, self._body.state
+        way = math.hypot(now.x - before.x, now.y - before.y)
+        self.metres += way
+        if self.battery:
+            self.battery.use(way, TICK, at_charger=way < STANDING and self._at_charger(now))
+        self._reckon(before, now)
+        panels, began = self._bumpers.feel(self._touches, now.theta)
+        if began:
+            self._odometry.jolt()
+        fresh = self._sonar.fire(tick, self._caster, now.x, now.y, now.theta)
+        self.reading = self._read(tick, fresh, panels)
+        return self.reading
+
+    def look(self, tick: int) -> Look:
+        """Read a door plate with the camera."""
+        state = self._body.state
+        return self.camera.look(state.x, state.y, state.theta, tick, self._sees)
+
+    def place(self, x: float, y: float, theta: float) -> None:
+        """Put it down somewhere else, standing still; the odometry does not notice."""
+        self._body.state = BodyState(x, y, theta)
+
+    def beside(self, ahead: float, left: float) -> tuple[float, float]:
+        """The point so many metres ahead of it and to its left."""
+        state = self._body.state
+        cos, sin = math.cos(state.theta), math.sin(state.theta)
+        return state.x + ahead * cos - left * sin, state.y + ahead * sin + left * cos
+
+    def slip(self, metres: float, turn: float) -> None:
+        """Make the odometry go wrong by so many metres, and radians."""
+        self._odometry.slip(metres, turn)
+
+    def see_door(self, door: int, *, is_open: bool) -> None:
+        """Let rays through a door, or not."""
+        self._caster.switch(self._walls + door, on=not is_open)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything that `restore` needs, as JSON can hold it."""
+        return {
+            "metres": self.metres,
+            "body": asdict(self._body.state),
+            "odometry": self._odometry.snapshot(),
+            "sonar": self._sonar.snapshot(),
+            "bumpers": self._bumpers.snapshot(),
+            "camera": self.camera.snapshot(),
+            "battery": self.battery.snapshot() if self.battery else None,
+            "reading": [self.reading.sonar_fresh, self.reading.bump],
+        }
+
+    def restore(self, state: dict[str, Any], tick: int) -> None:
+        """Go back to a snapshot of a robot with the same profile, at a tick.
+
+        One that is so old that it knows no camera and no battery leaves them as they are.
+        """
+        self.metres = state["metres"]
+        self._body.state = BodyState(**state["body"])
+        self._odometry.restore(state["odometry"])
+        self._sonar.restore(state["sonar"])
+        self._bumpers.restore(state["bumpers"])
+        if "camera" in state:
+            self.camera.restore(state["camera"])
+        if self.battery and state.get("battery"):
+            self.battery.restore(state["battery"])
+        self.reading = self._read(tick, *state["reading"])
+
+    def _reckon(self, before: BodyState, now: BodyState) -> None:
+        heading = (before.theta + now.theta) / 2
+        ahead = (now.x - before.x) * math.cos(heading) + (now.y - before.y) * math.sin(heading)
+        slipped = self.profile.odometry.slip * self._prevented
+        self._odometry.move(ahead + slipped, now.theta - before.theta)
+
+    def _read(self, tick: int, fresh: int, panels: int) -> Reading:
+        state = self._body.state
+        return Reading(
+            tick=tick,
+            sonar=self._sonar.readings.copy(),
+            sonar_fresh=fresh,
+            odom=self._odometry.pose(),
+            speed=state.forward_speed(),
+            turn_rate=state.turn_rate,
+            bump=panels,
+        )
+
+    def _at_charger(self, state: BodyState) -> bool:
+        at, battery = self._charger, self.profile.battery
+        if at is None or battery is None:
+            return False
+        return math.dist((at.x, at.y), (state.x, state.y)) <= battery.charger_reach
+
+    def _sees(self, x: float, y: float) -> bool:
+        """Whether nothing stands between the robot and a point of a wall."""
+        state = self._body.state
+        angle = math.atan2(y - state.y, x - state.x)
+        hits, _ = self._caster.cast(np.array([[state.x, state.y]]), np.array([angle]))
+        return bool(hits[0] > math.dist((x, y), (state.x, state.y)) - ON_WALL)
