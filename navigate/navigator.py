@@ -30,6 +30,12 @@ UNSEEN_SPREAD = 0.5
 ECHO_RANGE = 3.0
 """Metres within which echoes matter to a manoeuvre."""
 
+AT_GOAL = 0.6
+"""Metres from a goal within which belief counts as being there."""
+
+SIGHT = 2.5
+"""Metres from a door within which its plate can be read."""
+
 SEARCH_EVERY = 8
 """Ticks between two searches while the robot stands and is lost."""
 
@@ -121,7 +127,37 @@ class Navigator:
             metres=round(drive.metres, 3),
             seconds=round(self.time - drive.began, 3),
             recoveries=len(drive.troubles),
+            outcome=drive.failure.reason if drive.failure else "arrived",
+            goal_mass=self.mass_at(drive.goal),
+            entropy=round(self.localizer.belief().entropy, 4),
         )
+
+    def mass_at(self, goal: Point) -> float:
+        """The share of belief at a point in metres, 0 to 1."""
+        return round(self.localizer.mass_near(*goal, within=AT_GOAL), 4)
+
+    def mass_seeing(self, room: str) -> float:
+        """The share of belief from where the door plate of a room can be seen, 0 to 1.
+
+        Raises:
+            UnknownRoomError: no such room.
+        """
+        masses = [self.localizer.mass_near(*at, within=SIGHT) for at in self._doors_of(room)]
+        return round(max(masses, default=0.0), 4)
+
+    def notice(self, room: str, *, sure: float) -> Position:
+        """Take in that the door plate of ``room`` is seen, right with probability ``sure``.
+
+        Raises:
+            UnknownRoomError: no such room.
+        """
+        self.localizer.notice(self._doors_of(room), within=SIGHT, sure=sure)
+        return self.position()
+
+    def _doors_of(self, room: str) -> list[Point]:
+        self.floor.place(room)
+        doors = self.floor.doors.values()
+        return [door.centre for door in doors if room.lower() in door.spaces]
 
     def hear_opened(self, room: str) -> None:
         """Forget that the doors of a room, or a door of that name, were found shut."""

@@ -4,29 +4,48 @@ Map locations are in the papers' map units, read as centimetres; everything else
 """
 
 from navigate.messages.drives import (
+    DriveProgress,
     NavigateToGoal,
     NavigationFailure,
     NavigationOutcome,
     NavigationReport,
+    Progress,
     StopDriving,
 )
 from navigate.messages.places import RoomLocation, RoomName, Rooms, ShowMap, WhereIsRoom
 from navigate.messages.position import (
+    MOST_CELLS,
+    Belief,
+    BeliefCell,
+    BeliefState,
+    Believed,
+    Look,
+    NoticeLandmark,
     Position,
     SetPosition,
+    Sight,
     WhereAmI,
 )
 from navigate.messages.routes import MOST_ROOMS, PlanRoute, PlanRoutes, Route, RouteTable
 
 __all__ = [
+    "MOST_CELLS",
     "MOST_ROOMS",
+    "Belief",
+    "BeliefCell",
+    "BeliefState",
+    "Believed",
+    "DriveProgress",
+    "Look",
     "NavigateToGoal",
     "NavigationFailure",
     "NavigationOutcome",
     "NavigationReport",
+    "NoticeLandmark",
     "PlanRoute",
     "PlanRoutes",
     "Position",
+    "Progress",
     "RoomLocation",
     "RoomName",
     "Rooms",
@@ -34,6 +53,7 @@ __all__ = [
     "RouteTable",
     "SetPosition",
     "ShowMap",
+    "Sight",
     "StopDriving",
     "WhereAmI",
     "WhereIsRoom",

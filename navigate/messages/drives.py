@@ -11,7 +11,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from navigate.messages.position import Position
-from tca_bus import Goal, Query
+from tca_bus import Broadcast, Goal, Query
 
 
 class NavigationFailure(enum.StrEnum):
@@ -68,6 +68,38 @@ class NavigateToGoal(Goal[NavigationReport]):
 
     x: float = Field(allow_inf_nan=False, description="map units (cm)")
     y: float = Field(allow_inf_nan=False, description="map units (cm)")
+
+
+class DriveProgress(BaseModel):
+    """How a drive goes.
+
+    ``task`` is the id of its `NavigateToGoal`, ``x`` and ``y`` its goal in map units (cm),
+    ``room`` the room there, if any. ``metres_left`` and ``seconds_left`` are along the route,
+    None while the robot plans or recovers; ``metres``, ``seconds`` and ``recoveries`` are what
+    it took so far, ``goal_mass`` the share of belief at the goal.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    task: str
+    x: float
+    y: float
+    room: str | None
+    metres_left: float | None = Field(ge=0.0)
+    seconds_left: float | None = Field(ge=0.0)
+    metres: float
+    seconds: float
+    recoveries: int
+    goal_mass: float = Field(ge=0.0, le=1.0)
+    time: float
+
+
+class Progress(Broadcast):
+    """How the drive under way goes, once a simulated second."""
+
+    wire_name = "navigateProgress"
+
+    drive: DriveProgress
 
 
 class StopDriving(Query[Position]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from navigate.body import Motion, Pose
 from navigate.freezing import Freezable
-from navigate.maps import Floats
+from navigate.maps import Floats, Point
 
 HEADINGS = 4
 """Headings that a belief tells apart: east, north, west and south."""
@@ -105,6 +106,12 @@ class Localizer(Freezable, Protocol):
 
     def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
         """Take in the fresh ones of 24 sonar ``ranges``, metres from the ring, inf for no echo."""
+
+    def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
+        """Take in a sight that is to be had within some metres of one of ``spots``.
+
+        It is right with probability ``sure``: elsewhere the belief shrinks by the odds of that.
+        """
 
     def mass_near(self, x: float, y: float, *, within: float) -> float:
         """The share of belief that lies ``within`` metres of a point, 0 to 1."""

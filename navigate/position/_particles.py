@@ -8,12 +8,13 @@ Probabilistic Robotics, chapter 8.3, with resampling of low variance and roughen
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from navigate.body import BEARINGS, Motion, Pose, fresh_sonars, wrap
-from navigate.maps import Floats, Floor, inset
+from navigate.maps import Floats, Floor, Point, inset
 from navigate.position._localizer import Belief, Estimate, in_cells
 from navigate.position._sonar_model import SonarModel
 from xavier_sim.messages import Space
@@ -127,6 +128,15 @@ class ParticleFilter:
     def belief(self) -> Belief:
         """The particles gathered in cells."""
         return in_cells(self._x, self._y, self._theta, np.exp(self._weights))
+
+    def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
+        """Weigh the particles by a sight that is to be had near one of ``spots``."""
+        near = np.zeros(self._count, dtype=np.bool_)
+        for x, y in spots:
+            near |= np.hypot(self._x - x, self._y - y) <= within
+        self._weights += np.log(np.where(near, sure, 1.0 - sure))
+        self._weights -= self._weights.max()
+        self._estimate = self._average()
 
     def mass_near(self, x: float, y: float, *, within: float) -> float:
         """The share of belief that lies ``within`` metres of a point, 0 to 1."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from navigate.body import Motion, Pose, moved
-from navigate.maps import Floats, Floor
+from navigate.maps import Floats, Floor, Point
 from navigate.position._localizer import Belief, Estimate
 from navigate.position._sonar_model import SonarModel
 
@@ -63,6 +64,9 @@ class DeadReckoning:
         self._turn_deviation = math.hypot(self._turn_deviation, growth)
 
     def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
+        """Take no notice."""
+
+    def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
         """Take no notice."""
 
     def mass_near(self, x: float, y: float, *, within: float) -> float:

@@ -3,7 +3,15 @@
 from navigate.routes._distances import Distances, as_table
 from navigate.routes._graph import show_point
 from navigate.routes._hindrances import CERTAIN, REMEMBER, Memory
-from navigate.routes._routes import NoRouteError, Planner, Step, describe, remaining, side_of
+from navigate.routes._routes import (
+    NoRouteError,
+    Planner,
+    Step,
+    describe,
+    remaining,
+    seconds_left,
+    side_of,
+)
 
 __all__ = [
     "CERTAIN",
@@ -16,6 +24,7 @@ __all__ = [
     "as_table",
     "describe",
     "remaining",
+    "seconds_left",
     "show_point",
     "side_of",
 ]

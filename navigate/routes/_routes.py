@@ -232,6 +232,15 @@ def remaining(at: Point, steps: list[Step]) -> float:
     return math.dist(at, steps[0].to) + sum(step.metres for step in steps[1:])
 
 
+def seconds_left(at: Point, steps: list[Step]) -> float:
+    """Seconds left to go from ``at`` over ``steps``, as the planner reckons them."""
+    if not steps:
+        return 0.0
+    step = steps[0]
+    begun = min(1.0, math.dist(at, step.to) / step.metres) if step.metres > 0.0 else 0.0
+    return step.seconds * begun + sum(step.seconds for step in steps[1:])
+
+
 def side_of(door: Passage, at: Point) -> float:
     """-1.0 on the side of the door's first space, 1.0 on the other."""
     return 1.0 if frame(door, *at)[0] > 0.0 else -1.0

@@ -17,6 +17,7 @@ from navigate.messages import (
 from navigate.navigator import Navigator
 from navigate.routes import show_point
 from navigate.service._helm import Helm
+from navigate.service._telling import Teller
 from tca_bus import Context, Module, TaskContext, TaskError
 
 log = logging.getLogger(__name__)
@@ -25,8 +26,8 @@ log = logging.getLogger(__name__)
 class GoalDesk:
     """Serves `NavigateToGoal`, one at a time, and `StopDriving`."""
 
-    def __init__(self, navigator: Navigator, module: Module, helm: Helm) -> None:
-        self._navigator, self._helm = navigator, helm
+    def __init__(self, navigator: Navigator, module: Module, helm: Helm, teller: Teller) -> None:
+        self._navigator, self._helm, self._teller = navigator, helm, teller
         self._errand: Drive | None = None
         self._ended, self._stopped_by = asyncio.Event(), ""
         module.serve(NavigateToGoal, self._on_goal)
@@ -37,12 +38,13 @@ class GoalDesk:
         if self._errand is not None and self._errand.done:
             self._ended.set()
 
-    async def _on_goal(self, goal: NavigateToGoal, _context: TaskContext) -> NavigationReport:
+    async def _on_goal(self, goal: NavigateToGoal, context: TaskContext) -> NavigationReport:
         sensors = await self._helm.first_sensors()
         point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
         self._ended.clear()
         self._stopped_by = ""
         self._errand = errand = self._navigator.start(point, sensors)
+        self._teller.began(errand, context.id)
         log.info("drives to %s", self._name(point))
         try:
             if not errand.done:
@@ -51,6 +53,7 @@ class GoalDesk:
         finally:
             self._errand = None
             await self._helm.stop()
+            await self._teller.ended()
         await self._helm.until_told()
         return self._ending(errand, point)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 from navigate.body import fault_of
 from navigate.driving import STOP
@@ -31,7 +31,9 @@ class Helm:
         stepped: called after the navigator took in a reading.
     """
 
-    def __init__(self, navigator: Navigator, module: Module, stepped: Callable[[], None]) -> None:
+    def __init__(
+        self, navigator: Navigator, module: Module, stepped: Callable[[], Awaitable[None]]
+    ) -> None:
         self._navigator, self._module, self._stepped = navigator, module, stepped
         self.sensors: Sensors | None = None
         self._heard = asyncio.Event()
@@ -100,7 +102,7 @@ class Helm:
         if last is None or (sensors.tick, sensors.time) != (last.tick, last.time):
             self._navigator.step(sensors)
             self._heard.set()
-            self._stepped()
+            await self._stepped()
         await self.answer(sensors)
 
     async def _refuse(self, sensors: Sensors, fault: str) -> None:

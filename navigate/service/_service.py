@@ -9,6 +9,7 @@ from navigate.service._helm import Helm
 from navigate.service._keeper import keep, load
 from navigate.service._map_desk import MapDesk
 from navigate.service._position_desk import PositionDesk
+from navigate.service._telling import Teller
 from tca_bus import BusOptions, Module
 
 NAME = "navigate"
@@ -25,9 +26,10 @@ class NavigateService:
     ) -> None:
         self.module = Module(NAME, options=options, sole=True)
         self._navigator, self._kept = navigator, kept
+        self._teller = Teller(navigator, self.module)
         self._helm = Helm(navigator, self.module, self._stepped)
-        self._goals = GoalDesk(navigator, self.module, self._helm)
-        PositionDesk(navigator, self.module)
+        self._goals = GoalDesk(navigator, self.module, self._helm, self._teller)
+        PositionDesk(navigator, self.module, self._teller)
         MapDesk(navigator, self.module)
 
     async def run(self) -> None:
@@ -48,5 +50,6 @@ class NavigateService:
     def _has_sensed(self) -> bool:
         return self._helm.sensors is not None
 
-    def _stepped(self) -> None:
+    async def _stepped(self) -> None:
         self._goals.stepped()
+        await self._teller.stepped()

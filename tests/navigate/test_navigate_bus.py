@@ -8,9 +8,9 @@ import math
 import os
 import signal
 import sys
-from contextlib import asynccontextmanager
 
 import pytest
+from navigate_office import office, running
 
 from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
@@ -28,39 +28,10 @@ from navigate.messages import (
 from navigate.navigator import Navigator
 from navigate.service import NavigateService
 from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
-from tca_bus.testing import bus, central, eventually
-from xavier_sim.floors import load_floor
+from tca_bus.testing import bus, eventually
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally
-from xavier_sim.running import RobotModule, RobotState, SimClock
-from xavier_sim.world import World
 
 pytestmark = pytest.mark.bus
-
-
-@asynccontextmanager
-async def running(runner):
-    async with asyncio.TaskGroup() as group:
-        task = group.create_task(runner, name="service")
-        try:
-            yield
-        finally:
-            task.cancel()
-
-
-@asynccontextmanager
-async def office(folder=None):
-    """Router, central, robot and navigator; gives the module that asks them."""
-    async with bus(clock="sim") as options, central(options):
-        state = RobotState(World(load_floor("wean5"), seed=1), SimClock(1000.0), speed=None)
-        kept = StateFile(folder) if folder else None
-        service = NavigateService(Navigator(Floor(load_plan()), seed=1), options, kept)
-        async with (
-            running(RobotModule(state, None, options).run()),
-            running(service.run()),
-            Module("asker", options=options) as asker,
-        ):
-            await asker.wait_for(NavigateToGoal, WhereReally, timeout=10)
-            yield asker
 
 
 async def test_a_goal_on_the_bus_drives_the_robot_there():

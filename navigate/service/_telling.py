@@ -1,0 +1,53 @@
+"""Tells all who listen what is believed, and how the drive goes."""
+
+from __future__ import annotations
+
+import math
+
+from navigate.driving import Drive
+from navigate.messages import Belief, BeliefState, Progress
+from navigate.navigator import Navigator
+from navigate.reporting import belief_state, drive_progress
+from tca_bus import Module
+
+PERIOD = 1.0
+"""Simulated seconds between two beliefs, and between two words on a drive."""
+
+
+class Teller:
+    """Broadcasts `Belief` and `Progress`, once in a `PERIOD` and no oftener."""
+
+    def __init__(self, navigator: Navigator, module: Module) -> None:
+        self._navigator, self._module = navigator, module
+        self._drive: Drive | None = None
+        self._task = ""
+        self._told_at = -math.inf
+        self._told: BeliefState | None = None
+
+    def believed(self) -> BeliefState:
+        """The belief now."""
+        return belief_state(self._navigator, self._drive.goal if self._drive else None)
+
+    def began(self, drive: Drive, task: str) -> None:
+        """A drive has begun for a task: tell of it at the next tick."""
+        self._drive, self._task, self._told_at = drive, task, -math.inf
+
+    async def ended(self) -> None:
+        """The drive is over: tell how things stand."""
+        await self._tell()
+        self._drive = None
+
+    async def stepped(self) -> None:
+        """The navigator took in a reading."""
+        if abs(self._navigator.time - self._told_at) >= PERIOD - 1e-3:
+            await self._tell()
+
+    async def _tell(self) -> None:
+        self._told_at = self._navigator.time
+        if self._drive is not None:
+            drive = drive_progress(self._navigator, self._drive, self._task)
+            await self._module.broadcast(Progress(drive=drive))
+        state = self.believed()
+        if self._told is None or state.cells != self._told.cells or self._drive is not None:
+            self._told = state
+            await self._module.broadcast(Belief(state=state))

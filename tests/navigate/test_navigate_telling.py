@@ -1,0 +1,127 @@
+"""What the navigator tells of its belief and of a drive, and what others tell it of its place."""
+
+from __future__ import annotations
+
+import asyncio
+from itertools import pairwise
+
+import pytest
+from navigate_loop import Loop
+from navigate_office import office
+
+from navigate.messages import (
+    MOST_CELLS,
+    Belief,
+    Believed,
+    Look,
+    NavigateToGoal,
+    NoticeLandmark,
+    Progress,
+    WhereAmI,
+    WhereIsRoom,
+)
+from navigate.reporting import belief_state, drive_progress
+from tca_bus import HandlerFailedError, TaskFailedError
+from xavier_sim.messages import CameraPower, Fault
+
+
+def test_progress_counts_down_along_the_route():
+    loop, told = Loop(seed=3), []
+    drive = loop.drive(
+        "r-5303",
+        each=lambda: told.append(drive_progress(loop.navigator, loop.navigator.driver.drive, "t")),
+    )
+    assert drive.failure is None
+    left = [one.metres_left for one in told if one.metres_left is not None]
+    assert 10.0 < left[0] < 15.0
+    assert left[-1] < 0.5
+    assert max(after - before for before, after in pairwise(left)) < 1.0
+    seconds = [one.seconds_left for one in told if one.seconds_left is not None]
+    assert seconds[0] > seconds[len(seconds) // 2] > seconds[-1]
+    assert told[0].room == "r-5303"
+    assert told[-1].goal_mass > 0.9 > told[0].goal_mass
+    report = loop.navigator.report(drive)
+    assert (report.outcome, report.recoveries) == ("arrived", 0)
+    assert report.goal_mass > 0.9
+    assert report.entropy < 2.0
+
+
+def test_a_wide_belief_is_told_by_its_best_cells():
+    navigator = Loop().navigator
+    narrow = belief_state(navigator, None)
+    navigator.localizer.widen(spread=15.0, turn_spread=2.0)
+    wide = belief_state(navigator, navigator.floor.place("r-5303"))
+    masses = [cell.mass for cell in wide.cells]
+    assert len(narrow.cells) <= 4
+    assert len(wide.cells) == MOST_CELLS
+    assert masses == sorted(masses, reverse=True)
+    assert wide.entropy > 6.0
+    assert narrow.entropy < 2.0
+    assert wide.lost
+    assert narrow.goal_mass is None
+    assert 0.0 <= wide.goal_mass < 0.2
+
+
+@pytest.mark.parametrize(("sure", "moves"), [(0.95, 1), (0.5, 0), (0.05, -1)])
+def test_a_landmark_moves_belief_by_the_odds_of_its_sight(sure, moves):
+    navigator = Loop().navigator
+    navigator.set_position("r-5303")
+    navigator.localizer.widen(spread=2.0, turn_spread=0.1)
+    before = navigator.mass_seeing("r-5303")
+    navigator.notice("R-5303", sure=sure)
+    after = navigator.mass_seeing("r-5303")
+    odds = before / (1.0 - before) * sure / (1.0 - sure)
+    assert after == pytest.approx(odds / (1.0 + odds), abs=0.01)
+    assert (after > before) - (after < before) == moves
+
+
+def test_a_landmark_out_of_sight_overrules_nothing():
+    navigator = Loop().navigator
+    before = navigator.position()
+    navigator.notice("r-5313", sure=0.99)
+    assert navigator.position() == before
+
+
+@pytest.mark.bus
+async def test_belief_and_progress_are_told_once_a_second_of_a_drive():
+    async with (
+        office() as asker,
+        asker.subscribe(Belief) as beliefs,
+        asker.subscribe(Progress) as told,
+    ):
+        room = await asker.query(WhereIsRoom(room="r-5302"))
+        handle = await asker.expand(NavigateToGoal(x=room.x, y=room.y))
+        report = await handle.result(timeout=40)
+        drives, states = [], []
+        async with asyncio.timeout(10):
+            while not drives or drives[-1].time < report.position.time:
+                drives.append((await anext(told)).drive)
+            while not states or states[-1].position.time < report.position.time:
+                states.append((await anext(beliefs)).state)
+    assert {drive.task for drive in drives} == {handle.id}
+    assert (drives[0].x, drives[0].y, drives[0].room) == (room.x, room.y, "r-5302")
+    gaps = [two.time - one.time for one, two in pairwise(drives)]
+    assert all(0.99 <= gap < 1.11 for gap in gaps[:-1])
+    assert drives[-1].goal_mass == states[-1].goal_mass == report.goal_mass > 0.8
+    assert states[-1].position.room == "r-5302"
+
+
+@pytest.mark.bus
+async def test_it_looks_and_is_told_what_is_seen():
+    async with office() as asker:
+        await asker.query(Fault(fault=CameraPower(on=False)))
+        with pytest.raises(HandlerFailedError, match="camera") as gone:
+            await asker.query(Look())
+        assert gone.value.failure.name == "camera_gone"
+        await asker.query(Fault(fault=CameraPower(on=True)))
+        sight = await asker.query(Look())
+        assert 0.0 <= sight.expected <= 1.0
+        assert sight.position.x == (await asker.query(WhereAmI())).x
+        noticed = await asker.execute(NoticeLandmark(room="r-5303", confidence=0.9))
+        assert (await noticed.result(timeout=10)).room == sight.position.room
+        unknown = await asker.execute(NoticeLandmark(room="lounge"))
+        with pytest.raises(TaskFailedError) as caught:
+            await unknown.result(timeout=10)
+        assert caught.value.failure.name == "unknown_room"
+        state = await asker.query(Believed())
+        assert sum(cell.mass for cell in state.cells) == pytest.approx(1.0, abs=0.01)
