@@ -15,7 +15,7 @@ from tca_bus._options import CHUNK_EXPECTED, CHUNK_PATTERN
 from tca_bus._protocol import ProvidedMessage
 from tca_bus._slots import Resources, check_pending
 from tca_bus._traits import traits_of
-from tca_bus._types import answer_adapter, summary
+from tca_bus._types import answer_schema, message_schema, summary
 
 QUERIES = frozenset({MessageClass.QUERY, MessageClass.MULTI_QUERY})
 ONE_WAY = frozenset({MessageClass.INFORM, MessageClass.BROADCAST})
@@ -79,8 +79,8 @@ class Handler:
             revision=kind.revision,
             accepts=sorted(kind.accepts),
             summary=summary(kind),
-            message_schema=kind.model_json_schema(),
-            reply_schema=answer_adapter(kind).json_schema() if answered else None,
+            message_schema=message_schema(kind),
+            reply_schema=answer_schema(kind) if answered else None,
             capacity=self.capacity,
             resource=self.resource,
             pending=self.pending,

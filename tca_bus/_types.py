@@ -45,6 +45,18 @@ def message_adapter(message_type: type[Message]) -> TypeAdapter[Message]:
 
 
 @cache
+def message_schema(message_type: type[Message]) -> dict[str, Any]:
+    """The JSON schema of a message type; not to be changed."""
+    return message_type.model_json_schema()
+
+
+@cache
+def answer_schema(message_type: type[Message]) -> dict[str, Any]:
+    """The JSON schema of the answers to a message type; not to be changed."""
+    return answer_adapter(message_type).json_schema()
+
+
+@cache
 def array_fields(value_type: Any) -> dict[str, str]:
     """The fields of a model that travel as binary arrays, with their number types."""
     if not (isinstance(value_type, type) and issubclass(value_type, BaseModel)):

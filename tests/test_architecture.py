@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+import tca_bus
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("navigate", "rogue", "tca_bus", "xavier_sim")
@@ -21,8 +24,14 @@ FACADES = sorted(
 
 def imported_names(tree):
     for node in tree.body:
-        if isinstance(node, ast.ImportFrom) and node.module != "__future__":
+        if isinstance(node, ast.ImportFrom) and node.module not in {"__future__", "typing"}:
             yield from (alias.asname or alias.name for alias in node.names)
+
+
+def checked_imports(tree):
+    """What a facade imports for type checkers alone, by the modules that it comes from."""
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    return {node.module: tuple(alias.name for alias in node.names) for node in block.body}
 
 
 def exported_names(tree):
@@ -46,6 +55,18 @@ def test_a_facade_exports_what_it_imports_in_order(path):
     classes = [name for name in exported if name[0].isupper() and not name.isupper()]
     functions = [name for name in exported if name[0].islower() or name.startswith("_")]
     assert exported == sorted(shouting) + sorted(classes) + sorted(functions)
+
+
+def test_the_lazy_facade_gives_what_type_checkers_see():
+    tree = ast.parse((ROOT / "tca_bus/__init__.py").read_text(encoding="utf-8"))
+    lazy = {f"tca_bus.{home}": names for home, names in tca_bus._HOMES.items()}
+    assert lazy == checked_imports(tree)
+    assert sorted(tca_bus.__all__) == sorted(name for names in lazy.values() for name in names)
+    for home, names in lazy.items():
+        for name in names:
+            assert getattr(tca_bus, name) is getattr(importlib.import_module(home), name)
+    with pytest.raises(AttributeError, match="module 'tca_bus' has no attribute 'Modul'"):
+        tca_bus.Modul  # noqa: B018 - it is to raise
 
 
 IMPORT_ALL = """
@@ -74,7 +95,7 @@ print(len(names))
 
 def run_python(code, *arguments):
     done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False
+        [sys.executable, "-Bc", code, *arguments], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
