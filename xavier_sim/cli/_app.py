@@ -22,6 +22,7 @@ from tca_bus.cli import (
     make_app,
     run_app,
 )
+from xavier_sim.cli._soak import soak
 from xavier_sim.cli._world import COMMANDS
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yaml, survey_floor
 from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
@@ -192,6 +193,7 @@ def _epoch(text: str | None) -> float:
         raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
 
 
+app.command(soak)
 for command in COMMANDS:
     app.command(command)
 

@@ -7,6 +7,7 @@ from xavier_sim.floors._geometry import (
     WALL_RADIUS,
     Geometry,
     build_geometry,
+    door_room,
     shared_edges,
     space_at,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "Geometry",
     "UnknownDoorError",
     "build_geometry",
+    "door_room",
     "find_floor",
     "load_floor",
     "plan_to_yaml",

@@ -12,7 +12,9 @@ from xavier_sim.soak._contract import (
 from xavier_sim.soak._jobs import Job, Way
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
 from xavier_sim.soak._options import SoakOptions
+from xavier_sim.soak._running import SoakRun
 from xavier_sim.soak._soak import Soak
+from xavier_sim.soak._summary import Rate, Spread, Summary
 
 __all__ = [
     "Believed",
@@ -23,8 +25,12 @@ __all__ = [
     "NavigatorCore",
     "NavigatorError",
     "NavigatorFactory",
+    "Rate",
     "Soak",
     "SoakOptions",
+    "SoakRun",
+    "Spread",
+    "Summary",
     "Way",
     "Wheels",
     "load_factory",

@@ -7,6 +7,7 @@ import math
 from xavier_sim.messages import Sensors
 from xavier_sim.profile import TICK
 from xavier_sim.soak._contract import DriveReport, Pose
+from xavier_sim.soak._errands import Goal
 from xavier_sim.soak._jobs import Job, Way
 from xavier_sim.soak._reaching import Reach
 from xavier_sim.soak._tally import Tally
@@ -21,11 +22,11 @@ class Watch:
 
     Args:
         world: in which the robot drives; its doors are looked at when they move.
-        goal: the room that it is sent to.
+        goal: to which it is sent.
         number: of the job.
     """
 
-    def __init__(self, world: World, reach: Reach, goal: str, *, number: int) -> None:
+    def __init__(self, world: World, reach: Reach, goal: Goal, *, number: int) -> None:
         self._world, self._reach, self._goal, self._number = world, reach, goal, number
         truth = world.truth()
         self._start, self._tick = truth.space, truth.tick
@@ -42,7 +43,7 @@ class Watch:
     def doors_moved(self) -> None:
         """Look anew whether there is a way to the goal."""
         here = self._world.truth().space
-        if here is None or self._reach.reachable(here, self._goal, self._world.open_doors):
+        if here is None or self._reach.reachable(here, self._goal.space, self._world.open_doors):
             self._open += 1
         else:
             self._shut += 1
@@ -59,12 +60,12 @@ class Watch:
     def judge(self, reason: str | None, report: DriveReport) -> Job:
         """The job as it ended; ``reason`` is None for a reported arrival."""
         truth = self._world.truth()
-        off = math.dist((truth.x, truth.y), self._world.place_of(self._goal))
+        off = math.dist((truth.x, truth.y), (self._goal.x, self._goal.y))
         return Job(
             number=self._number,
             began=round(self._tick * TICK, 1),
             start=self._start,
-            goal=self._goal,
+            goal=self._goal.name,
             way=self._way(),
             reason=reason,
             seconds=round(self.seconds, 1),

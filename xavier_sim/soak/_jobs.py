@@ -82,12 +82,6 @@ def outcomes(jobs: Iterable[Job]) -> dict[str, int]:
     return dict(Counter(job.outcome for job in jobs if not job.arrived).most_common())
 
 
-def share(part: Iterable[Job], whole: Iterable[Job]) -> float | None:
-    """The share of jobs, None where there are none to share."""
-    total = sum(1 for _ in whole)
-    return round(sum(1 for _ in part) / total, 5) if total else None
-
-
 def median_speed(jobs: Iterable[Job]) -> float | None:
     """The median over arrivals of metres driven by seconds taken, waiting included."""
     speeds = [job.metres / job.seconds for job in jobs if job.arrived and job.metres > 1.0]

@@ -58,9 +58,13 @@ def make_navigator(
     """Load a factory and make a navigator.
 
     Raises:
-        NavigatorError: as `load_factory`, or what it makes lacks something of `NavigatorCore`.
+        NavigatorError: as `load_factory`, or it takes no such options, or what it makes lacks
+            something of `NavigatorCore`.
     """
-    made = load_factory(name)(plan, seed=seed, **options)
+    try:
+        made = load_factory(name)(plan, seed=seed, **options)
+    except TypeError as error:
+        raise NavigatorError(name, f"takes no such options: {error}") from error
     if not isinstance(made, NavigatorCore):
         lacking = ", ".join(sorted(set(MEMBERS) - set(dir(made))))
         raise NavigatorError(name, f"makes a {type(made).__name__}, which lacks {lacking}")

@@ -15,7 +15,10 @@ class SoakOptions(BaseModel):
     """The same options give the same soak, bit for bit.
 
     ``survey_sigma`` is the standard deviation in metres of the errors of walls and doors in the
-    map that the navigator is given. ``rest`` is how many seconds the robot stands between jobs.
+    map that the navigator is given. Every door is shut for ``shut_share`` of the time, and looked
+    at by somebody ``door_moves_per_hour`` times. With ``doors_in_and_out`` the robot is sent into
+    every room and out again so many times, instead of anywhere at random. Between two jobs it
+    stands for ``rest`` seconds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -27,6 +30,7 @@ class SoakOptions(BaseModel):
     survey_sigma: float = Field(default=0.03, ge=0.0, le=0.2)
     shut_share: Share = 0.1
     door_moves_per_hour: float = Field(default=1.0, ge=0.0, le=3600.0)
+    doors_in_and_out: int = Field(default=0, ge=0, le=1000)
     rest: float = Field(default=2.0, ge=0.0, le=3600.0)
 
     def differences(self, other: SoakOptions) -> dict[str, tuple[object, object]]:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from xavier_sim.floors import load_floor, survey_floor
 from xavier_sim.messages import Sensors
-from xavier_sim.noise import restore_stream, stream, stream_state
 from xavier_sim.profile import TICK
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.soak._contract import NavigatorCore
 from xavier_sim.soak._doors import DoorKeeper
 from xavier_sim.soak._drive import Watch
+from xavier_sim.soak._errands import DoorTrials, Errands, Goal, RandomErrands
 from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job
 from xavier_sim.soak._loading import make_navigator
 from xavier_sim.soak._options import SoakOptions
@@ -26,13 +25,12 @@ EPOCH = 1.0e9
 PATIENCE = 3
 """Jobs with an open way that may fail one after the other before somebody helps the robot."""
 
-OnTick = Callable[[float], None]
-
 
 class Soak:
     """A world, a navigator in it, and errands without end.
 
-    Between two jobs it can be kept (`snapshot`) and gone on with (`restore`), bit for bit.
+    Between two jobs, when it is not `driving`, it can be kept (`snapshot`) and gone on with
+    (`restore`), bit for bit.
 
     Raises:
         FloorError: the floor of the options is none.
@@ -57,9 +55,13 @@ class Soak:
             seed=options.seed,
         )
         self._doors.furnish(self.world)
-        self._random = stream(options.seed, "soak-errands")
-        self._rooms = sorted(plan.places)
+        self._errands: Errands = (
+            DoorTrials(plan, options.doors_in_and_out)
+            if options.doors_in_and_out
+            else RandomErrands(plan, options.seed)
+        )
         self._unlucky = 0
+        self.driving = False
         self._sensors = self._robot.sensors()
         self._wheels = self.navigator.step(self._sensors)
 
@@ -68,26 +70,18 @@ class Soak:
         """Simulated seconds since the soak began."""
         return self.world.tick * TICK
 
-    def run_job(self, on_tick: OnTick | None = None) -> Job:
-        """Send the robot on one errand, and judge how it ended.
-
-        Args:
-            on_tick: called after every tick with the simulated seconds of the soak.
-        """
-        goal = self._choose_goal()
+    def run_job(self) -> Job | None:
+        """Send the robot on the next errand, and judge how it ended; None when there is none."""
+        goal = self._errands.next(self.world.truth().space)
+        if goal is None:
+            return None
+        self.driving = True
         watch = Watch(self.world, self._reach, goal, number=len(self.tally.jobs))
-        drive = self.navigator.start(self.world.place_of(goal), self._sensors)
-        while not drive.done and watch.seconds < TIME_LIMIT:
-            self._tick(watch)
-            if on_tick is not None:
-                on_tick(self.seconds)
-        failure = drive.failure
-        reason = (str(failure.reason) if failure else None) if drive.done else ENDLESS
-        job = watch.judge(reason, self.navigator.report(drive))
+        job = self._drive(goal, watch)
         self.tally.jobs.append(job)
-        self.navigator.cancel()
         self._rest(watch)
         self._help_if_stuck(job)
+        self.driving = False
         return job
 
     def snapshot(self) -> dict[str, Any]:
@@ -96,7 +90,7 @@ class Soak:
             "world": self.world.snapshot(),
             "navigator": self.navigator.freeze(),
             "doors": self._doors.snapshot(),
-            "errands": stream_state(self._random),
+            "errands": self._errands.snapshot(),
             "unlucky": self._unlucky,
             "tally": self.tally.snapshot(),
         }
@@ -106,16 +100,20 @@ class Soak:
         self.world.restore(state["world"])
         self.navigator.thaw(state["navigator"])
         self._doors.restore(state["doors"])
-        restore_stream(self._random, state["errands"])
+        self._errands.restore(state["errands"])
         self._unlucky = state["unlucky"]
         self.tally.restore(state["tally"])
         self._sensors, self._wheels = self._robot.sensors(), _STANDING
 
-    def _choose_goal(self) -> str:
-        """Any room but the one in which the robot stands."""
-        here = self.world.truth().space
-        rooms = [room for room in self._rooms if room != here]
-        return rooms[int(self._random.integers(len(rooms)))]
+    def _drive(self, goal: Goal, watch: Watch) -> Job:
+        drive = self.navigator.start((goal.x, goal.y), self._sensors)
+        while not drive.done and watch.seconds < TIME_LIMIT:
+            self._tick(watch)
+        failure = drive.failure
+        reason = (str(failure.reason) if failure else None) if drive.done else ENDLESS
+        job = watch.judge(reason, self.navigator.report(drive))
+        self.navigator.cancel()
+        return job
 
     def _tick(self, watch: Watch) -> None:
         self._sensors = self._step()

@@ -1,0 +1,135 @@
+"""What a soak has come to, in figures: the document that ``xavier soak --json`` prints."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable, Sequence
+
+from pydantic import BaseModel, ConfigDict
+
+from xavier_sim.soak._cost import Cost
+from xavier_sim.soak._histogram import Histogram
+from xavier_sim.soak._jobs import Job, Way, median_speed, outcomes
+from xavier_sim.soak._options import SoakOptions
+from xavier_sim.soak._tally import Tally
+
+
+class Rate(BaseModel):
+    """How many of how many jobs; ``share`` is None of none."""
+
+    model_config = ConfigDict(frozen=True)
+
+    jobs: int
+    right: int
+    share: float | None
+
+
+class Spread(BaseModel):
+    """A distribution: median, the 90th and 99th percentile, the greatest value."""
+
+    model_config = ConfigDict(frozen=True)
+
+    median: float | None
+    p90: float | None
+    p99: float | None
+    most: float | None
+
+
+class Summary(BaseModel):
+    """The figures of a soak.
+
+    ``completed`` are the jobs whose robot truly arrived; all others are ``failed``, with their
+    ``reasons``: those that the navigator gave, and ``elsewhere`` for false arrivals.
+    ``reachable`` are jobs to which the doors left a way at all times, right when completed;
+    ``unreachable`` those to which they left none, right when given up for that; ``changing`` the
+    rest, right either way. Times are simulated seconds but for ``wall_seconds`` and
+    ``cpu_seconds``; ``real_time_factor`` is by the wall, ``cpu_time_factor`` by processor time.
+    Distances are metres, speeds metres per second, memory megabytes at its peak.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    hours: float
+    km: float
+    jobs: int
+    completed: int
+    failed: int
+    reasons: dict[str, int]
+    false_arrivals: int
+    bumps: int
+    recoveries_per_km: float
+    real_time_factor: float
+    cpu_time_factor: float
+    reachable: Rate
+    unreachable: Rate
+    changing: Rate
+    rescues: int
+    door_moves: int
+    median_speed: float | None
+    driving_speed: Spread
+    position_error: Spread
+    arrival_error: Spread
+    job_seconds: Spread
+    wall_seconds: float
+    cpu_seconds: float
+    memory_mb: tuple[float, float]
+    options: SoakOptions
+
+
+def summarise(tally: Tally, *, seconds: float, cost: Cost, options: SoakOptions) -> Summary:
+    """The figures of so many simulated ``seconds``."""
+    jobs, completed = tally.jobs, [job for job in tally.jobs if job.arrived]
+    km = sum(job.metres for job in jobs) / 1000.0
+    return Summary(
+        hours=round(seconds / 3600.0, 4),
+        km=round(km, 4),
+        jobs=len(jobs),
+        completed=len(completed),
+        failed=len(jobs) - len(completed),
+        reasons=outcomes(jobs),
+        false_arrivals=sum(job.false_arrival for job in jobs),
+        bumps=sum(job.bumps for job in jobs),
+        recoveries_per_km=round(sum(job.recoveries for job in jobs) / max(km, 1e-3), 3),
+        real_time_factor=round(seconds / max(cost.wall, 1e-9), 1),
+        cpu_time_factor=round(seconds / max(cost.cpu, 1e-9), 1),
+        reachable=_rate(jobs, Way.OPEN),
+        unreachable=_rate(jobs, Way.SHUT),
+        changing=_rate(jobs, Way.CHANGING),
+        rescues=tally.rescues,
+        door_moves=tally.door_moves,
+        median_speed=median_speed(jobs),
+        driving_speed=_spread_of(tally.speeds),
+        position_error=_spread_of(tally.errors),
+        arrival_error=_spread([job.off for job in completed]),
+        job_seconds=_spread([job.seconds for job in completed]),
+        wall_seconds=round(cost.wall, 1),
+        cpu_seconds=round(cost.cpu, 1),
+        memory_mb=(round(cost.memory_early, 1), round(cost.memory, 1)),
+        options=options,
+    )
+
+
+def _rate(jobs: Iterable[Job], way: Way) -> Rate:
+    met = [job for job in jobs if job.way is way]
+    right = sum(job.arrived or job.refused_rightly for job in met)
+    return Rate(jobs=len(met), right=right, share=round(right / len(met), 5) if met else None)
+
+
+def _spread(values: Sequence[float]) -> Spread:
+    if len(values) < 2:
+        one = values[0] if values else None
+        return Spread(median=one, p90=one, p99=one, most=one)
+    cuts = statistics.quantiles(values, n=100, method="inclusive")
+    return Spread(
+        median=_rounded(cuts[49]), p90=_rounded(cuts[89]), p99=_rounded(cuts[98]), most=max(values)
+    )
+
+
+def _spread_of(histogram: Histogram) -> Spread:
+    median, p90, p99 = (_rounded(histogram.quantile(share)) for share in (0.5, 0.9, 0.99))
+    most = _rounded(histogram.most) if histogram.total else None
+    return Spread(median=median, p90=p90, p99=p99, most=most)
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)
