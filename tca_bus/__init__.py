@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     )
     from tca_bus._failure import Failure
     from tca_bus._handle import TaskHandle
-    from tca_bus._json_views import plain_schema
+    from tca_bus._json_views import json_view
     from tca_bus._lease import Acquisition, Lease
     from tca_bus._logs import configure_logging
     from tca_bus._messages import (
@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from tca_bus._tree_queries import Relation
     from tca_bus._variable_watch import VariableWatch
     from tca_bus._variables import Reading, Variable, VariableState
+    from tca_bus._wire import Payload, decode_message, encode_message
 
 __all__ = [
     "TIME_GRAIN",
@@ -125,6 +126,7 @@ __all__ = [
     "NeverSetError",
     "NoHandlerError",
     "Order",
+    "Payload",
     "PeerLostError",
     "PendingLimitError",
     "Permissions",
@@ -164,10 +166,12 @@ __all__ = [
     "catch",
     "clean_up",
     "configure_logging",
+    "decode_message",
     "did_you_mean",
+    "encode_message",
+    "json_view",
     "near_matches",
     "near_or_all",
-    "plain_schema",
     "read_policy",
     "tap",
 ]
@@ -211,7 +215,7 @@ _HOMES = {
     ),
     "_failure": ("Failure",),
     "_handle": ("TaskHandle",),
-    "_json_views": ("plain_schema",),
+    "_json_views": ("json_view",),
     "_lease": ("Acquisition", "Lease"),
     "_logs": ("configure_logging",),
     "_messages": (
@@ -247,6 +251,7 @@ _HOMES = {
     "_tree_queries": ("Relation",),
     "_variable_watch": ("VariableWatch",),
     "_variables": ("Reading", "Variable", "VariableState"),
+    "_wire": ("Payload", "decode_message", "encode_message"),
 }
 """Where each name comes from; a command that shows its help loads none of them."""
 

@@ -27,6 +27,7 @@ from xavier_sim.cli._world import COMMANDS
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yaml, survey_floor
 from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
 from xavier_sim.profile import XAVIER, XAVIER_CRUISE, BatteryProfile, RobotProfile
+from xavier_sim.recording import Beginning, Recorder
 from xavier_sim.running import RobotModule, RobotState, SimClock, parse_speed
 from xavier_sim.sensors import Rays
 from xavier_sim.snapshots import SnapshotFile, write_atomically
@@ -49,6 +50,7 @@ async def run(
     data: Data = None,
     epoch: str | None = None,
     rays: RaysFlag = "auto",
+    record: Path | None = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the simulated robot until it is stopped.
@@ -63,11 +65,17 @@ async def run(
         epoch: Simulated time at the start, ISO 8601; now when not given.
         rays: What casts the rays of the sensors: numba, the extra "fast", is quicker and the
             same; auto takes it where it is installed.
+        record: File to record into all that the robot senses and does, which Foxglove shows. A
+            file of that name is replaced.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
     state, store = open_world(map, seed, speed, data, epoch, battery=battery, rays=rays)
-    await RobotModule(state, store, bus_options(flags)).run()
+    if record is None:
+        await RobotModule(state, store, bus_options(flags)).run()
+        return
+    async with Recorder(record, beginning_of(state)) as recorder:
+        await RobotModule(state, store, bus_options(flags), recorder).run()
 
 
 @app.command
@@ -166,6 +174,18 @@ def open_world(
         follows_wall = pace == 1.0 and epoch is None
         state.restore(saved, at_least=start if follows_wall else 0.0)
     return state, store
+
+
+def beginning_of(state: RobotState) -> Beginning:
+    """How things stand, for a recording that begins now."""
+    return Beginning(
+        floor=state.world.plan,
+        seed=state.world.seed,
+        speed=state.speed,
+        time=state.now,
+        doors=tuple(state.door_states()),
+        battery=state.battery_state(),
+    )
 
 
 def _seed(seed: int) -> int:

@@ -1,0 +1,17 @@
+"""Recordings of what the robot senses and does: written, shown, and played again."""
+
+from xavier_sim.recording._format import Beginning, Entry, RecordingFileError
+from xavier_sim.recording._reader import RecordingReader
+from xavier_sim.recording._recorder import Recorder
+from xavier_sim.recording._tape import Tape
+from xavier_sim.recording._wire_names import decode
+
+__all__ = [
+    "Beginning",
+    "Entry",
+    "Recorder",
+    "RecordingFileError",
+    "RecordingReader",
+    "Tape",
+    "decode",
+]

@@ -1,0 +1,74 @@
+"""Writes a recording: messages as they were on the wire, and beside them what Foxglove shows."""
+
+from __future__ import annotations
+
+from typing import IO
+
+from pydantic import BaseModel
+
+from tca_bus import Payload
+from xavier_sim.messages import Sensors, TrueLocation
+from xavier_sim.recording._channels import Channels, strict_json
+from xavier_sim.recording._format import BEGINNING, END, WIRE, Beginning, nanoseconds
+from xavier_sim.recording._schemas import viewer_schema
+from xavier_sim.recording._views import Views
+from xavier_sim.recording._wire_names import encode, wire_name
+
+
+class Tape:
+    """A recording that is being written to a binary stream, in the order of the calls.
+
+    What was flushed can be read whatever happens after that. No clock, no thread: whoever runs a
+    world in a plain loop can use it as it is.
+    """
+
+    def __init__(self, stream: IO[bytes], beginning: Beginning) -> None:
+        self._channels, self._views = Channels(stream), Views(beginning)
+        self._time = nanoseconds(beginning.time)
+        self._put_model(BEGINNING, beginning)
+        for topic, view in self._views.begin(self._time):
+            self._channels.put_proto(topic, view, self._time)
+
+    @property
+    def written(self) -> int:
+        """How many records there are."""
+        return self._channels.written
+
+    def sense(self, sensors: Sensors, truth: TrueLocation) -> None:
+        """A tick: what the robot sensed, and where it really was."""
+        self._time = max(self._time, nanoseconds(sensors.time))
+        self._put_wire(sensors)
+        self._put_wire(truth)
+        for topic, view in self._views.sense(sensors, truth):
+            self._channels.put_proto(topic, view, self._time)
+
+    def note(self, message: BaseModel, time: float) -> None:
+        """Something else that the robot did or said, at a time in seconds since the epoch."""
+        self._time = max(self._time, nanoseconds(time))
+        self._put_wire(message)
+        for topic, view in self._views.note(message, self._time):
+            self._channels.put_proto(topic, view, self._time)
+
+    def hear(self, topic: str, message: BaseModel) -> None:
+        """Something that others said: it gets the time of the last tick."""
+        self._put_model(topic, message)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._channels.flush()
+
+    def finish(self, *, dropped: int) -> None:
+        """Write how many messages were lost on the way here, and the indexes."""
+        told = {"records": str(self.written), "dropped": str(dropped)}
+        self._channels.put_metadata(END, told)
+        self._channels.finish()
+
+    def _put_wire(self, message: BaseModel) -> None:
+        kind = type(message)
+        topic, schema = WIRE + wire_name(kind), viewer_schema(kind, wire_name(kind))
+        self._channels.put_payload(topic, encode(message), schema, self._time)
+
+    def _put_model(self, topic: str, message: BaseModel) -> None:
+        kind = type(message)
+        data = strict_json(Payload(message.model_dump_json().encode(), "application/json"))
+        self._channels.put_json(topic, data, viewer_schema(kind, kind.__name__), self._time)

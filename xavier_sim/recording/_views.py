@@ -1,0 +1,118 @@
+"""What Foxglove is shown of each thing that happens: messages of its own schemas, by topic."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from google.protobuf.message import Message as Proto
+from pydantic import BaseModel
+
+from xavier_sim.floors import build_geometry
+from xavier_sim.messages import (
+    BUMP_PANELS,
+    SONAR_COUNT,
+    Battery,
+    DoorMoved,
+    Fault,
+    PlateReading,
+    Sensors,
+    TrueLocation,
+)
+from xavier_sim.recording._format import Beginning, nanoseconds
+from xavier_sim.recording._frames import BASE, MAP, ODOM, TRUTH, Frames, Pose2D
+from xavier_sim.recording._scene import (
+    draw_body,
+    draw_cones,
+    draw_doors,
+    draw_walls,
+    pose,
+    timestamp,
+)
+
+View = tuple[str, Proto]
+"""A topic and what to show there."""
+
+
+class Views:
+    """Makes the views of one recording."""
+
+    def __init__(self, beginning: Beginning) -> None:
+        plan = beginning.floor
+        start = Pose2D(plan.start.x, plan.start.y, plan.start_heading)
+        self.frames = Frames(start)
+        self._geometry = build_geometry(plan)
+        self._open = {door.room: door.open for door in beginning.doors}
+        self._bump = 0
+
+    def begin(self, time: int) -> Iterator[View]:
+        """What stands still, at a time in nanoseconds."""
+        yield "/floor", draw_walls(self._geometry.walls.tolist(), time)
+        yield "/doors", self._doors(time)
+        yield "/robot", draw_body(TRUTH, time)
+
+    def sense(self, sensors: Sensors, truth: TrueLocation) -> Iterator[View]:
+        """A tick."""
+        time = nanoseconds(sensors.time)
+        x, y, theta = sensors.odom.tolist()
+        self.frames.move(Pose2D(x, y, theta), sensors.time)
+        yield "/tf", self.frames.transforms(Pose2D(truth.x, truth.y, truth.theta), time)
+        yield "/odometry", _odometry(sensors, time)
+        yield (
+            "/truth",
+            PoseInFrame(
+                timestamp=timestamp(time),
+                frame_id=MAP,
+                pose=pose(truth.x, truth.y, truth.theta),
+            ),
+        )
+        fresh = [number for number in range(SONAR_COUNT) if sensors.sonar_fresh >> number & 1]
+        if fresh:
+            yield "/sonar", draw_cones(sensors.sonar, fresh, BASE, time)
+        if sensors.bump and not self._bump:
+            panels = [str(n) for n in range(BUMP_PANELS) if sensors.bump >> n & 1]
+            yield "/log", _log(Log.WARNING, f"bump at panel {', '.join(panels)}", time)
+        self._bump = sensors.bump
+
+    def note(self, message: BaseModel, time: int) -> Iterator[View]:
+        """Something else that was said or done, at a time in nanoseconds."""
+        match message:
+            case DoorMoved(room=room, open=is_open):
+                self._open[room] = is_open
+                yield "/doors", self._doors(time)
+                stands = "opened" if is_open else "closed"
+                yield "/log", _log(Log.INFO, f"the door of {room} was {stands}", time)
+            case Fault(fault=fault):
+                yield "/log", _log(Log.WARNING, f"fault {fault.model_dump_json()}", time)
+            case PlateReading(text=text, confidence=confidence):
+                says = f"a plate that says {text}, {confidence:.2f}" if text else "no plate"
+                yield "/log", _log(Log.INFO, f"the camera sees {says}", time)
+            case Battery(state=state):
+                charging = ", charging" if state.charging else ""
+                yield "/log", _log(Log.DEBUG, f"battery {state.charge:.0%}{charging}", time)
+            case _:
+                return
+
+    def _doors(self, time: int) -> Proto:
+        rows, rooms = self._geometry.doors.tolist(), self._geometry.door_rooms
+        stands = [self._open.get(room, True) for room in rooms]
+        return draw_doors(zip(rows, stands, strict=True), time)
+
+
+def _odometry(sensors: Sensors, time: int) -> Odometry:
+    x, y, theta = sensors.odom.tolist()
+    return Odometry(
+        timestamp=timestamp(time),
+        frame_id=ODOM,
+        body_frame_id=BASE,
+        pose=pose(x, y, theta),
+        linear_velocity=Vector3(x=sensors.speed),
+        angular_velocity=Vector3(z=sensors.turn_rate),
+    )
+
+
+def _log(level: Log.Level.ValueType, text: str, time: int) -> Log:
+    return Log(timestamp=timestamp(time), level=level, message=text, name="xavier")
