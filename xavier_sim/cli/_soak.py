@@ -12,7 +12,9 @@ from cyclopts.validators import Number
 
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.snapshots import write_atomically
 from xavier_sim.soak import Job, SoakOptions, SoakRun, Spread, Summary
+from xavier_sim.soak import report as write_report
 
 LINES = 20
 """Lines of progress that a soak writes where there is no terminal."""
@@ -34,6 +36,7 @@ def soak(
     door_moves: AtLeastZero = 1.0,
     doors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000))] = 0,
     checkpoint: Path | None = None,
+    report: Path | None = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Send the robot on random errands for hours, and say what came of them.
@@ -53,6 +56,7 @@ def soak(
         door_moves: How often an hour somebody opens or shuts each door.
         doors: Go into every room and out again so many times, instead of anywhere at random.
         checkpoint: File to keep the soak in; if it is there, go on with it.
+        report: File for a page of HTML with all figures, plots, and every job that failed.
         flags: Shared flags; no bus is needed.
     """
     options = SoakOptions(
@@ -72,6 +76,8 @@ def soak(
         for job in run.jobs(hours):
             progress.tell(job, run)
     summary = run.summary()
+    if report is not None:
+        write_atomically(report, write_report(summary, run.soak.tally))
     if flags.json:
         emit_json(summary)
     else:

@@ -12,6 +12,7 @@ from xavier_sim.soak._contract import (
 from xavier_sim.soak._jobs import Job, Way
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
 from xavier_sim.soak._options import SoakOptions
+from xavier_sim.soak._report import report
 from xavier_sim.soak._running import SoakRun
 from xavier_sim.soak._soak import Soak
 from xavier_sim.soak._summary import Rate, Spread, Summary
@@ -35,4 +36,5 @@ __all__ = [
     "Wheels",
     "load_factory",
     "navigator_names",
+    "report",
 ]
