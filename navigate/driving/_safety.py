@@ -6,6 +6,7 @@ import numpy as np
 
 from navigate.body import NEAREST, RING_RADIUS, ROBOT_RADIUS
 from navigate.driving._view import STOP, View, Wheels
+from xavier_sim.messages import Sensors
 
 BRAKES = 1.0
 """Metres per second squared that the base can brake for sure."""
@@ -29,6 +30,19 @@ def guard(wheels: Wheels, view: View) -> Wheels:
     if wheels.speed**2 <= 2.0 * BRAKES * max(0.0, room):
         return wheels
     return Wheels(0.0, wheels.turn, wheels.narrow)
+
+
+def must_stop(wheels: Wheels, sensors: Sensors) -> bool:
+    """Whether ``wheels``, commanded before, would drive into what this reading touches or hears.
+
+    Needs neither map nor belief nor plan: it can be answered before anything else is thought of.
+    """
+    if sensors.bump and _pushes(sensors.bump, wheels.speed):
+        return True
+    if wheels.speed <= 0.0 or not sensors.sonar_fresh & 1:
+        return False
+    room = _room(float(sensors.sonar[0]), NARROW_KEEP_OFF)
+    return wheels.speed**2 > 2.0 * BRAKES * max(0.0, room)
 
 
 def _room_ahead(view: View, *, narrow: bool) -> float:

@@ -7,7 +7,7 @@ import logging
 from collections.abc import Awaitable, Callable
 
 from navigate.body import fault_of
-from navigate.driving import STOP
+from navigate.driving import STOP, Wheels, must_stop
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
 from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError, TaskError
@@ -64,7 +64,10 @@ class Helm:
 
     async def answer(self, sensors: Sensors) -> None:
         """Answer the sensors of a tick; a robot that went away is no reason to end."""
-        wheels, busy = self._navigator.wheels, self._navigator.busy
+        await self._command(sensors, self._navigator.wheels)
+
+    async def _command(self, sensors: Sensors, wheels: Wheels) -> None:
+        busy = self._navigator.busy
         drive = Drive(tick=sensors.tick, speed=wheels.speed, turn_rate=wheels.turn, busy=busy)
         try:
             await self._module.inform(drive)
@@ -100,10 +103,19 @@ class Helm:
         self._faults = 0
         last, self.sensors = self.sensors, sensors
         if last is None or (sensors.tick, sensors.time) != (last.tick, last.time):
+            await self._stop_first(sensors)
             self._navigator.step(sensors)
             self._heard.set()
             await self._stepped()
         await self.answer(sensors)
+
+    async def _stop_first(self, sensors: Sensors) -> None:
+        """Stop before thinking, where the robot is about to drive into something.
+
+        In lockstep the world waits for the whole thought, so nothing is gained.
+        """
+        if not sensors.lockstep and must_stop(self._navigator.wheels, sensors):
+            await self._command(sensors, STOP)
 
     async def _refuse(self, sensors: Sensors, fault: str) -> None:
         """Stand still on readings that are useless, and say so once."""

@@ -2,11 +2,13 @@
 
 from xavier_sim.running._outlet import Witness
 from xavier_sim.running._pacing import parse_speed
+from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._robot_module import RobotModule
 from xavier_sim.running._robot_state import RobotState
 from xavier_sim.running._simulated_time import SimClock
 
 __all__ = [
+    "Reflex",
     "RobotModule",
     "RobotState",
     "SimClock",

@@ -23,6 +23,7 @@ from xavier_sim.running._pacing import (
     Metronome,
     may_tick,
 )
+from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._robot_desk import RobotDesk
 from xavier_sim.running._robot_state import RobotState
 from xavier_sim.running._simulated_time import HOLD_LIMIT, Demands, TimeNews
@@ -58,7 +59,8 @@ class RobotModule:
         self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._present: dict[str, str] = {}
-        self._bell = asyncio.Event()
+        self._bell, self._reflex = asyncio.Event(), Reflex()
+        self._reflex.sense(state.world.reading)
         self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
@@ -167,13 +169,22 @@ class RobotModule:
     async def _tick(self, speed: float, turn_rate: float) -> None:
         if self._state.must_save:
             await self._save()
+        speed, turn_rate = self._restrained(speed, turn_rate)
         self._note_command(speed, turn_rate)
-        self._state.world.step(speed, turn_rate)
+        self._reflex.sense(self._state.world.step(speed, turn_rate))
         self._changed = True
         await self._show_witness()
         if self._demands.reached(self._state.now, time.monotonic()):
             self._news.hurry()
         await self._desk.tell_battery()
+
+    def _restrained(self, speed: float, turn_rate: float) -> tuple[float, float]:
+        """The command as the reflex lets it go to the wheels."""
+        held = self._reflex.holds
+        allowed = self._reflex.allow(speed, turn_rate)
+        if self._reflex.holds and not held:
+            log.info("stopped by reflex at tick %d", self._state.world.tick)
+        return allowed
 
     def _note_command(self, speed: float, turn_rate: float) -> None:
         if self._witness is None:
