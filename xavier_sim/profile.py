@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from xavier_sim.messages import SONAR_CONE, SONAR_FARTHEST, SONAR_NEAREST, SONAR_RING_RADIUS
+from xavier_sim.messages import (
+    LIDAR_BEAMS,
+    LIDAR_FARTHEST,
+    LIDAR_VIEW,
+    SONAR_CONE,
+    SONAR_FARTHEST,
+    SONAR_NEAREST,
+    SONAR_RING_RADIUS,
+    STRIPER_AHEAD,
+    STRIPER_BEAMS,
+    STRIPER_FARTHEST,
+    STRIPER_NEAREST,
+    STRIPER_VIEW,
+)
 
 PHYSICS_STEP = 0.02
 """Seconds of one physics step."""
@@ -80,9 +94,40 @@ class SonarProfile(BaseModel):
     specular_to: float = math.radians(75.0)
     """Incidence from which nearly all are."""
     specular_loss: float = 0.9
+    specular_whole: bool = False
+    """Whether the rays of a cone are lost together, as on a smooth wall, not one by one."""
     outliers: float = 0.01
+    crosstalk: float = 0.0
+    """Share of the pings of a neighbour, fired at the same time, that a sonar takes for its own."""
     phases: int = 4
     """One of so many parts of the ring fires at each tick."""
+
+
+class LaserProfile(BaseModel):
+    """What measures range by light in evenly spread beams; metres and radians, shares 0 to 1.
+
+    By default the light striper of Nomadics: a camera that sees where a laser's stripe falls. Its
+    range comes from triangulation, so its error grows with the square of the range.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    beams: int = Field(default=STRIPER_BEAMS, ge=2, le=2048)
+    view: float = Field(default=STRIPER_VIEW, gt=0.0, le=2.0 * math.pi)
+    """Radians between the first beam and the last, straight ahead in the middle."""
+    ahead: float = STRIPER_AHEAD
+    """Metres from the robot's centre to the laser."""
+    nearest: float = Field(default=STRIPER_NEAREST, ge=0.0)
+    """What is nearer is not seen."""
+    farthest: float = Field(default=STRIPER_FARTHEST, gt=0.0)
+    noise: float = Field(default=0.003, ge=0.0)
+    noise_square: float = Field(default=0.005, ge=0.0)
+    """Metres of error per square metre of range."""
+    dropouts: float = Field(default=0.02, ge=0.0, le=1.0)
+    dropout_growth: float = Field(default=0.08, ge=0.0, le=1.0)
+    """Share of the beams that are lost on top of that at the farthest range."""
+    most_askance: float = math.radians(80.0)
+    """Incidence beyond which too little light comes back."""
 
 
 class CameraProfile(BaseModel):
@@ -128,11 +173,57 @@ class RobotProfile(BaseModel):
 
     base: BaseProfile = BaseProfile()
     odometry: OdometryProfile = OdometryProfile()
-    sonar: SonarProfile = SonarProfile()
+    sonar: SonarProfile | None = SonarProfile()
+    """None for a robot without a ring: its lidar stands in, the nearest beam of each cone."""
+    striper: LaserProfile | None = None
+    lidar: LaserProfile | None = None
     camera: CameraProfile = CameraProfile()
     battery: BatteryProfile | None = None
     """None for a robot that never needs charging."""
 
+    @model_validator(mode="after")
+    def _senses_all_round(self) -> Self:
+        if self.sonar is None and self.lidar is None:
+            raise ValueError("sonar: expected sonars where there is no lidar, got none")
+        return self
+
 
 XAVIER = RobotProfile()
-"""Xavier as the papers describe it."""
+"""Xavier as the papers describe it, on a good day."""
+
+LIDAR = LaserProfile(
+    beams=LIDAR_BEAMS,
+    view=LIDAR_VIEW,
+    ahead=0.0,
+    nearest=0.05,
+    farthest=LIDAR_FARTHEST,
+    noise=0.01,
+    noise_square=0.0,
+    dropouts=0.005,
+    dropout_growth=0.01,
+    most_askance=math.radians(88.0),
+)
+"""A scanner that measures the time of flight, as robots have since about 2000."""
+
+HARD = RobotProfile(
+    sonar=SonarProfile(
+        rays=11,
+        noise=0.02,
+        noise_share=0.02,
+        specular_from=math.radians(35.0),
+        specular_to=math.radians(55.0),
+        specular_loss=0.95,
+        specular_whole=True,
+        outliers=0.02,
+        crosstalk=0.02,
+        phases=5,
+    ),
+    striper=LaserProfile(),
+)
+"""Xavier as unkind as the papers say that it was."""
+
+MODERN = RobotProfile(sonar=None, lidar=LIDAR)
+"""A robot of today on the same floor."""
+
+PROFILES = {"hard": HARD, "modern": MODERN, "xavier": XAVIER}
+"""The robots that a command line can name."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tca_bus import Broadcast, Inform, Query
@@ -28,8 +30,36 @@ SONAR_NEAREST = 0.2
 SONAR_FARTHEST = 6.5
 """A reading is never greater, metres, but for ``inf``: no echo."""
 
+STRIPER_BEAMS = 31
+"""Beams of the light striper: one a degree, from the right to the left."""
+
+STRIPER_VIEW = math.radians(30.0)
+"""Radians from the striper's first beam to its last; the middle one looks straight ahead."""
+
+STRIPER_AHEAD = 0.25
+"""Metres from the robot's centre to the striper: readings start there."""
+
+STRIPER_NEAREST = 0.3
+"""What is nearer to the striper is not seen, metres."""
+
+STRIPER_FARTHEST = 3.0
+"""What is farther from the striper is not seen, metres."""
+
+LIDAR_BEAMS = 180
+"""Beams of a lidar: number i looks ``i * 2 - 179`` degrees to the left of straight ahead."""
+
+LIDAR_VIEW = math.radians(358.0)
+"""Radians from the lidar's first beam to its last; readings start at the robot's centre."""
+
+LIDAR_FARTHEST = 8.0
+"""What is farther from the lidar is not seen, metres."""
+
 BUMP_PANELS = 8
 """Bump panels round the base: panel i is centred ``i * 45`` degrees to the left of ahead."""
+
+
+def _nothing() -> NDArray[np.float32]:
+    return np.empty(0, dtype=np.float32)
 
 
 class Sensors(Broadcast):
@@ -39,6 +69,11 @@ class Sensors(Broadcast):
     where no echo came back; a reading is new when its bit in ``sonar_fresh`` is set. ``odom``
     has shape (3,): x, y in metres and theta in radians in the odometry frame. With ``lockstep``
     set the world waits for a `Drive` that answers this ``tick``.
+
+    ``striper`` and ``lidar`` are metres along beams that are spread evenly over `STRIPER_VIEW` and
+    `LIDAR_VIEW`, from the right to the left; ``inf`` where nothing was seen. They are empty on a
+    robot that has none. On one with a lidar and no sonars ``sonar`` tells the nearest beam in
+    each cone.
     """
 
     wire_name = "xavierSensors"
@@ -53,6 +88,8 @@ class Sensors(Broadcast):
     speed: float
     turn_rate: float
     bump: int = Field(ge=0, lt=1 << BUMP_PANELS)
+    striper: Float32Array = Field(default_factory=_nothing)
+    lidar: Float32Array = Field(default_factory=_nothing)
 
 
 class Drive(Inform):

@@ -4,6 +4,7 @@ from xavier_sim.sensors._camera import Camera, Look
 from xavier_sim.sensors._caster import Caster
 from xavier_sim.sensors._choice import Rays, make_caster
 from xavier_sim.sensors._rays import RayCaster
+from xavier_sim.sensors._senses import Sensed, Senses
 from xavier_sim.sensors._sonar import SonarRing
 
 __all__ = [
@@ -12,6 +13,8 @@ __all__ = [
     "Look",
     "RayCaster",
     "Rays",
+    "Sensed",
+    "Senses",
     "SonarRing",
     "make_caster",
 ]

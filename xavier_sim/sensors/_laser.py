@@ -1,0 +1,68 @@
+"""Range by light: the striper, which triangulates, and the lidar, which times the flight."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from xavier_sim.noise import restore_stream, stream, stream_state
+from xavier_sim.profile import LaserProfile
+from xavier_sim.sensors._caster import Caster, Floats
+from xavier_sim.sensors._readings import Pose, Ranges, plain, ranges_of
+
+
+class Laser:
+    """Sweeps its view at each tick and remembers what it saw.
+
+    ``ranges`` has shape (beams,), from the right to the left, metres from the laser; ``inf``
+    where nothing came back or it was too near.
+
+    Args:
+        profile: of the laser.
+        seed: of its noise.
+        name: of its stream of noise.
+    """
+
+    def __init__(self, profile: LaserProfile, seed: int, name: str) -> None:
+        self._profile = profile
+        self._random = stream(seed, name)
+        self._bearings = np.linspace(-profile.view / 2, profile.view / 2, profile.beams)
+        self._least_cosine = math.cos(profile.most_askance)
+        self.ranges: Ranges = np.full(profile.beams, np.inf, dtype=np.float32)
+
+    def sweep(self, caster: Caster, pose: Pose, *, circles: Floats | None = None) -> None:
+        """Measure from where the robot stands.
+
+        Args:
+            caster: of the walls.
+            pose: of the robot.
+            circles: shape (m, 3), x, y and radius in metres of whoever stands about.
+        """
+        profile, (x, y, theta) = self._profile, pose
+        starts = np.empty((profile.beams, 2))
+        starts[:, 0] = x + profile.ahead * math.cos(theta)
+        starts[:, 1] = y + profile.ahead * math.sin(theta)
+        true, cosine = caster.cast(starts, theta + self._bearings, circles=circles)
+        self.ranges = self._disturb(true, cosine).astype(np.float32)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything that `restore` needs, as plain numbers."""
+        return {"ranges": plain(self.ranges), "random": stream_state(self._random)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a snapshot."""
+        self.ranges = ranges_of(state["ranges"])
+        restore_stream(self._random, state["random"])
+
+    def _disturb(self, true: Floats, cosine: Floats) -> Floats:
+        """Add noise and lose beams."""
+        profile, count = self._profile, len(true)
+        draw, error = self._random.random(count), self._random.standard_normal(count)
+        square = np.square(np.minimum(true, profile.farthest))
+        seen = true + (profile.noise + profile.noise_square * square) * error
+        growth = profile.dropout_growth / profile.farthest**2
+        lost = draw < profile.dropouts + growth * square
+        lost |= (cosine < self._least_cosine) | (seen < profile.nearest) | (seen > profile.farthest)
+        return np.where(lost, np.inf, seen)

@@ -1,0 +1,119 @@
+"""All range sensors of one robot together, and the one caster behind them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from xavier_sim.floors import Geometry
+from xavier_sim.messages import SONAR_COUNT
+from xavier_sim.profile import RobotProfile
+from xavier_sim.sensors._caster import Floats
+from xavier_sim.sensors._choice import Rays, make_caster
+from xavier_sim.sensors._cones import Cones
+from xavier_sim.sensors._laser import Laser
+from xavier_sim.sensors._readings import Pose, Ranges
+from xavier_sim.sensors._sonar import SonarRing
+
+ALL_FRESH = (1 << SONAR_COUNT) - 1
+
+NO_BEAMS: Ranges = np.empty(0, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What the range sensors last read; shapes and units are those of `Sensors`."""
+
+    sonar: Ranges
+    sonar_fresh: int
+    striper: Ranges
+    lidar: Ranges
+
+
+class Senses:
+    """The sonars, striper and lidar that a profile gives a robot.
+
+    Each has a stream of noise of its own. Doors begin open.
+
+    Args:
+        profile: of the robot.
+        geometry: of the floor.
+        seed: of this robot's noise.
+        rays: what casts the rays.
+
+    Raises:
+        ConfigError: numba is asked for and not installed.
+    """
+
+    def __init__(
+        self, profile: RobotProfile, geometry: Geometry, seed: int, *, rays: Rays = "numpy"
+    ) -> None:
+        segments = np.concatenate([geometry.walls, geometry.doors])
+        self.caster = make_caster(rays, segments, _reach(profile))
+        self._first_door = len(geometry.walls)
+        for door in range(len(geometry.doors)):
+            self.see_door(door, is_open=True)
+        self._sonar = SonarRing(profile.sonar, seed) if profile.sonar else None
+        self._striper = Laser(profile.striper, seed, "striper") if profile.striper else None
+        self._lidar = Laser(profile.lidar, seed, "lidar") if profile.lidar else None
+        self._cones = Cones(profile.lidar) if profile.lidar else None
+
+    def see_door(self, door: int, *, is_open: bool) -> None:
+        """Let rays through a door of the geometry, or not."""
+        self.caster.switch(self._first_door + door, on=not is_open)
+
+    def switch_on(self, pose: Pose, *, circles: Floats | None = None) -> Sensed:
+        """Fire everything at once."""
+        fresh = self._sonar.fire_all(self.caster, pose, circles=circles) if self._sonar else 0
+        self._sweep(pose, circles)
+        return self.sensed(fresh)
+
+    def sense(self, tick: int, pose: Pose, *, circles: Floats | None = None) -> Sensed:
+        """Fire what has its turn at a tick.
+
+        Args:
+            tick: of the world.
+            pose: of the robot.
+            circles: shape (m, 3), x, y and radius in metres of whoever stands about.
+        """
+        fresh = self._sonar.fire(tick, self.caster, pose, circles=circles) if self._sonar else 0
+        self._sweep(pose, circles)
+        return self.sensed(fresh)
+
+    def sensed(self, fresh: int) -> Sensed:
+        """What was read last, the sonars whose bits are in ``fresh`` just now."""
+        lidar = self._lidar.ranges if self._lidar else NO_BEAMS
+        striper = self._striper.ranges if self._striper else NO_BEAMS
+        if self._sonar is None and self._cones is not None:
+            return Sensed(self._cones.read(lidar), ALL_FRESH, striper, lidar)
+        readings = self._sonar.readings.copy() if self._sonar else NO_BEAMS
+        return Sensed(readings, fresh, striper, lidar)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Everything that `restore` needs, as plain values."""
+        return {name: sensor.snapshot() for name, sensor in self._by_name().items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a snapshot; a sensor that it does not know stays as it is."""
+        for name, sensor in self._by_name().items():
+            if name in state:
+                sensor.restore(state[name])
+
+    def _sweep(self, pose: Pose, circles: Floats | None) -> None:
+        for laser in (self._striper, self._lidar):
+            if laser is not None:
+                laser.sweep(self.caster, pose, circles=circles)
+
+    def _by_name(self) -> dict[str, SonarRing | Laser]:
+        sensors = {"sonar": self._sonar, "striper": self._striper, "lidar": self._lidar}
+        return {name: sensor for name, sensor in sensors.items() if sensor is not None}
+
+
+def _reach(profile: RobotProfile) -> float:
+    """The longest ray that a robot needs, metres."""
+    reaches = [laser.farthest for laser in (profile.striper, profile.lidar) if laser]
+    if profile.sonar:
+        reaches.append(profile.sonar.farthest + profile.sonar.ring_radius)
+    return max(reaches)
