@@ -78,6 +78,8 @@ def sensors_of(reading: Reading) -> Sensors:
         speed=reading.speed,
         turn_rate=reading.turn_rate,
         bump=reading.bump,
+        striper=reading.striper,
+        lidar=reading.lidar,
     )
 
 

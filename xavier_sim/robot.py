@@ -23,7 +23,7 @@ from xavier_sim.body import (
 from xavier_sim.floors import Geometry
 from xavier_sim.messages import Corner
 from xavier_sim.profile import PHYSICS_STEP, TICK, RobotProfile
-from xavier_sim.sensors import Camera, Look, Rays, SonarRing, make_caster
+from xavier_sim.sensors import Camera, Look, Rays, Sensed, Senses
 
 STANDING = 1e-4
 """A robot that moves no more than this in a tick stands, metres."""
@@ -37,6 +37,7 @@ class Reading:
     """What the robot senses at the end of a tick: the fields of `Sensors`, less the time.
 
     ``sonar`` has shape (24,), metres from the ring, ``inf`` for no echo; ``odom`` shape (3,).
+    ``striper`` and ``lidar`` are empty where the robot has none.
     """
 
     tick: int
@@ -46,6 +47,8 @@ class Reading:
     speed: float
     turn_rate: float
     bump: int
+    striper: NDArray[np.float32]
+    lidar: NDArray[np.float32]
 
 
 class Robot:
@@ -71,14 +74,8 @@ class Robot:
         rays: Rays = "numpy",
     ) -> None:
         self.profile, self._body, self._charger = profile, body, charger
-        self._walls = len(geometry.walls)
-        segments = np.concatenate([geometry.walls, geometry.doors])
-        reach = profile.sonar.farthest + profile.sonar.ring_radius
-        self._caster = make_caster(rays, segments, reach)
-        for door in range(len(geometry.doors)):
-            self.see_door(door, is_open=True)
         self._odometry = Odometry(profile.odometry, seed)
-        self._sonar = SonarRing(profile.sonar, seed)
+        self._senses = Senses(profile, geometry, seed, rays=rays)
         self._bumpers = Bumpers()
         self.camera = Camera(geometry, profile.camera, seed)
         self.battery = Battery(profile.battery) if profile.battery else None
@@ -87,8 +84,8 @@ class Robot:
         self._before = start = body.state
         self._touches: list[Contact] = []
         self._prevented = 0.0
-        fresh = self._sonar.fire_all(self._caster, start.x, start.y, start.theta)
-        self.reading = self._read(0, fresh, 0)
+        sensed = self._senses.switch_on((start.x, start.y, start.theta))
+        self.reading = self._read(0, sensed, 0)
 
     @property
     def state(self) -> BodyState:
@@ -142,8 +139,8 @@ class Robot:
         panels, began = self._bumpers.feel(self._touches, now.theta)
         if began:
             self._odometry.jolt()
-        fresh = self._sonar.fire(tick, self._caster, now.x, now.y, now.theta)
-        self.reading = self._read(tick, fresh, panels)
+        sensed = self._senses.sense(tick, (now.x, now.y, now.theta))
+        self.reading = self._read(tick, sensed, panels)
         return self.reading
 
     def look(self, tick: int) -> Look:
@@ -167,7 +164,7 @@ class Robot:
 
     def see_door(self, door: int, *, is_open: bool) -> None:
         """Let rays through a door, or not."""
-        self._caster.switch(self._walls + door, on=not is_open)
+        self._senses.see_door(door, is_open=is_open)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as JSON can hold it."""
@@ -175,7 +172,7 @@ class Robot:
             "metres": self.metres,
             "body": asdict(self._body.state),
             "odometry": self._odometry.snapshot(),
-            "sonar": self._sonar.snapshot(),
+            **self._senses.snapshot(),
             "bumpers": self._bumpers.snapshot(),
             "camera": self.camera.snapshot(),
             "battery": self.battery.snapshot() if self.battery else None,
@@ -190,13 +187,14 @@ class Robot:
         self.metres = state["metres"]
         self._body.state = BodyState(**state["body"])
         self._odometry.restore(state["odometry"])
-        self._sonar.restore(state["sonar"])
+        self._senses.restore(state)
         self._bumpers.restore(state["bumpers"])
         if "camera" in state:
             self.camera.restore(state["camera"])
         if self.battery and state.get("battery"):
             self.battery.restore(state["battery"])
-        self.reading = self._read(tick, *state["reading"])
+        fresh, panels = state["reading"]
+        self.reading = self._read(tick, self._senses.sensed(fresh), panels)
 
     def _reckon(self, before: BodyState, now: BodyState) -> None:
         heading = (before.theta + now.theta) / 2
@@ -204,16 +202,18 @@ class Robot:
         slipped = self.profile.odometry.slip * self._prevented
         self._odometry.move(ahead + slipped, now.theta - before.theta)
 
-    def _read(self, tick: int, fresh: int, panels: int) -> Reading:
+    def _read(self, tick: int, sensed: Sensed, panels: int) -> Reading:
         state = self._body.state
         return Reading(
             tick=tick,
-            sonar=self._sonar.readings.copy(),
-            sonar_fresh=fresh,
+            sonar=sensed.sonar,
+            sonar_fresh=sensed.sonar_fresh,
             odom=self._odometry.pose(),
             speed=state.forward_speed(),
             turn_rate=state.turn_rate,
             bump=panels,
+            striper=sensed.striper,
+            lidar=sensed.lidar,
         )
 
     def _at_charger(self, state: BodyState) -> bool:
@@ -226,5 +226,6 @@ class Robot:
         """Whether nothing stands between the robot and a point of a wall."""
         state = self._body.state
         angle = math.atan2(y - state.y, x - state.x)
-        hits, _ = self._caster.cast(np.array([[state.x, state.y]]), np.array([angle]))
+        origin = np.array([[state.x, state.y]])
+        hits, _ = self._senses.caster.cast(origin, np.array([angle]))
         return bool(hits[0] > math.dist((x, y), (state.x, state.y)) - ON_WALL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -11,8 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from tca_bus._frames import decode_frame, encode_frame
+from tca_bus._types import array_fields
+from xavier_sim.cli._app import ProfileName, open_world
 from xavier_sim.floors import Geometry
-from xavier_sim.messages import LIDAR_BEAMS, SONAR_COUNT, STRIPER_BEAMS
+from xavier_sim.messages import LIDAR_BEAMS, SONAR_COUNT, STRIPER_BEAMS, Sensors
 from xavier_sim.profile import HARD, MODERN, PROFILES, XAVIER, RobotProfile, SonarProfile
 from xavier_sim.sensors import Senses
 from xavier_sim.sensors._crosstalk import Crosstalk
@@ -197,3 +201,22 @@ def test_a_smooth_wall_takes_the_whole_cone_away():
 def test_the_hard_ring_takes_half_a_second_to_go_round():
     log = readings(HARD, CELL, 5)
     assert sum(one.sonar_fresh for one in log) == (1 << SONAR_COUNT) - 1
+
+
+@pytest.mark.parametrize("name", get_args(ProfileName))
+def test_a_flag_names_the_robot_and_its_message_tells_all_that_it_senses(name):
+    state, _ = open_world("wean5", 1, "max", None, "1997-06-02T09:00", profile=name)
+    sent = state.sensors()
+    frame = encode_frame(sent, array_fields(Sensors))
+    got = Sensors.model_validate(decode_frame(frame, Sensors.wire_name))
+    reading = state.world.reading
+    for field in ("sonar", "striper", "lidar"):
+        assert getattr(got, field).tobytes() == getattr(reading, field).tobytes()
+    assert state.world.profile == PROFILES[name]
+
+
+def test_what_an_older_robot_says_is_understood():
+    state, _ = open_world("wean5", 1, "max", None, "1997-06-02T09:00")
+    old = state.sensors().model_dump(exclude={"striper", "lidar"})
+    got = Sensors.model_validate(old)
+    assert (len(got.striper), len(got.lidar)) == (0, 0)

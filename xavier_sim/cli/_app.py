@@ -26,7 +26,7 @@ from xavier_sim.cli._soak import soak
 from xavier_sim.cli._world import COMMANDS
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yaml, survey_floor
 from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
-from xavier_sim.profile import XAVIER, XAVIER_CRUISE, BatteryProfile, RobotProfile
+from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.recording import Beginning, Recorder
 from xavier_sim.running import RobotModule, RobotState, SimClock, parse_speed
 from xavier_sim.sensors import Rays
@@ -37,6 +37,7 @@ app = make_app("xavier", help="The simulated robot, the office round it, and its
 
 Share = Annotated[float, Parameter(validator=Number(gte=0.0, lte=1.0))]
 Data = Annotated[Path | None, Parameter(env_var="TCA_DATA")]
+ProfileName = Literal["hard", "modern", "xavier"]
 RaysFlag = Annotated[Rays, Parameter(env_var="XAVIER_RAYS")]
 
 
@@ -46,6 +47,7 @@ async def run(
     map: str = DEFAULT_FLOOR,  # noqa: A002 - the flag is --map
     seed: int = 0,
     speed: str = "1",
+    profile: ProfileName = "xavier",
     battery: float | None = None,
     data: Data = None,
     epoch: str | None = None,
@@ -59,6 +61,7 @@ async def run(
         map: Floor plan: the name of a floor that comes with it, or a YAML file.
         seed: Seed of all noise, 0 or more.
         speed: Simulated seconds per second, or "max" for lockstep with the driver.
+        profile: The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar.
         battery: Hours that a full battery lasts standing, or half of them driving; it needs no
             charging when not given.
         data: Folder to keep the world in, so that a restarted one goes on.
@@ -70,7 +73,9 @@ async def run(
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
-    state, store = open_world(map, seed, speed, data, epoch, battery=battery, rays=rays)
+    state, store = open_world(
+        map, seed, speed, data, epoch, profile=profile, battery=battery, rays=rays
+    )
     if record is None:
         await RobotModule(state, store, bus_options(flags)).run()
         return
@@ -151,6 +156,7 @@ def open_world(
     data: Path | None,
     epoch: str | None,
     *,
+    profile: ProfileName = "xavier",
     battery: float | None = None,
     rays: Rays = "numpy",
 ) -> tuple[RobotState, SnapshotFile | None]:
@@ -164,7 +170,7 @@ def open_world(
     pace = parse_speed(speed)
     start = _epoch(epoch)
     plan = load_floor(str(find_floor(floor)))
-    world = World(plan, _seed(seed), _with_battery(battery), rays=rays)
+    world = World(plan, _seed(seed), _with_battery(PROFILES[profile], battery), rays=rays)
     state = RobotState(world, SimClock(start), speed=pace)
     if data is None:
         return state, None
@@ -194,14 +200,14 @@ def _seed(seed: int) -> int:
     return seed
 
 
-def _with_battery(hours: float | None) -> RobotProfile:
+def _with_battery(profile: RobotProfile, hours: float | None) -> RobotProfile:
     if hours is None:
-        return XAVIER
+        return profile
     if not 0.0 < hours < math.inf:
         raise ConfigError("--battery", hours, "hours above 0")
     seconds = 3600.0 * hours
     battery = BatteryProfile(standing_seconds=seconds, metres=seconds * XAVIER_CRUISE)
-    return XAVIER.model_copy(update={"battery": battery})
+    return profile.model_copy(update={"battery": battery})
 
 
 def _epoch(text: str | None) -> float:

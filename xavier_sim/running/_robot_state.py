@@ -74,6 +74,8 @@ class RobotState:
             speed=reading.speed,
             turn_rate=reading.turn_rate,
             bump=reading.bump,
+            striper=reading.striper,
+            lidar=reading.lidar,
         )
 
     def true_location(self) -> TrueLocation:

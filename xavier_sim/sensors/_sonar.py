@@ -23,7 +23,7 @@ class Part:
 
     def __init__(self, sonars: NDArray[np.intp], rays: int) -> None:
         self.sonars = sonars
-        self.bits = sum(1 << sonar for sonar in sonars.tolist())
+        self.bits: int = sum(1 << sonar for sonar in sonars.tolist())
         self.bearings = sonars * PITCH
         self.owners = np.repeat(np.arange(len(sonars)), rays)
 
