@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import sys
 
 import pytest
+from mcap.reader import make_reader
 
-from tca_bus import Module
-from tca_bus.testing import bus, eventually
+from navigate.messages import Belief, BeliefCell, BeliefState, Position
+from tca_bus import Command, Module
+from tca_bus.testing import bus, central, eventually
 from xavier_sim.cli._app import beginning_of
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import DoorMoved, Drive, MoveDoor, PlateReading, ReadPlate, Sensors
-from xavier_sim.recording import Recorder, RecordingReader, decode
+from xavier_sim.recording import Recorder, RecordingReader, decode, listening
 from xavier_sim.running import RobotModule, RobotState, SimClock
 from xavier_sim.world import World
 
@@ -58,6 +61,69 @@ async def test_what_the_driver_saw_and_said_is_recorded(tmp_path):
     ]
     _, others = messages_of(path, DoorMoved, PlateReading)
     assert others == [DoorMoved(room="r-5309", open=False, time=state.now), plate]
+
+
+class Listener(Recorder):
+    """A recorder that knows what it has heard."""
+
+    def __init__(self, path, beginning):
+        super().__init__(path, beginning)
+        self.heard = set()
+
+    def believe(self, belief):
+        super().believe(belief)
+        self.heard.add("belief")
+
+    def hear(self, status):
+        super().hear(status)
+        self.heard.add(status.state)
+
+
+class Wink(Command[None]):
+    wire_name = "C_wink"
+
+
+def shown(path, topic):
+    with path.open("rb") as stream:
+        messages = make_reader(stream).iter_messages(topics=[topic])
+        return [json.loads(message.data) for _, _, message in messages]
+
+
+@pytest.mark.bus
+async def test_what_others_say_is_recorded(tmp_path):
+    """The messages are the navigator's own: the recorder knows them by their names only."""
+    path = tmp_path / "heard.mcap"
+    state = RobotState(World(PLAN, seed=2), SimClock(1000.0), speed=None)
+    at = {"x": 5.0, "y": 12.0, "theta": 1.5, "deviation": 0.1, "heading_deviation": 0.1}
+    position = Position(**at, room=None, time=1000.0)
+    cells = (BeliefCell(x=5.0, y=12.0, theta=1.5, mass=0.8),)
+    told = BeliefState(position=position, entropy=0.5, lost=False, cells=cells)
+    async with (
+        bus() as options,
+        central(options),
+        Module("navigate", options=options) as navigator,
+        Listener(path, beginning_of(state)) as recorder,
+    ):
+
+        @navigator.handler(Wink)
+        async def wink(command, context):
+            return None
+
+        async with listening(recorder, options):
+            await recorder.sense(state.sensors(), state.true_location())
+            await navigator.wait_for(Wink, timeout=10)
+
+            async def is_heard():
+                await navigator.broadcast(Belief(state=told))
+                return "belief" in recorder.heard
+
+            await eventually(is_heard)
+            await navigator.execute(Wink(), id="wink-1")
+            await eventually(lambda: "achieved" in recorder.heard)
+    beliefs, tasks = shown(path, "/belief"), shown(path, "/tasks")
+    assert beliefs[0]["entropy"] == 0.5
+    assert beliefs[0]["cells"] == [{"x": 5.0, "y": 12.0, "theta": 1.5, "mass": 0.8}]
+    assert {(task["id"], task["name"]) for task in tasks} == {("wink-1", "C_wink")}
 
 
 @pytest.mark.process

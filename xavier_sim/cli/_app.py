@@ -27,7 +27,7 @@ from xavier_sim.cli._world import COMMANDS
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yaml, survey_floor
 from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
 from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
-from xavier_sim.recording import Beginning, Recorder
+from xavier_sim.recording import Beginning, Recorder, listening
 from xavier_sim.running import RobotModule, RobotState, SimClock, parse_speed
 from xavier_sim.sensors import Rays
 from xavier_sim.snapshots import SnapshotFile, write_atomically
@@ -68,8 +68,8 @@ async def run(
         epoch: Simulated time at the start, ISO 8601; now when not given.
         rays: What casts the rays of the sensors: numba, the extra "fast", is quicker and the
             same; auto takes it where it is installed.
-        record: File to record into all that the robot senses and does, which Foxglove shows. A
-            file of that name is replaced.
+        record: File to record into all that the robot senses and does, what the navigator
+            believes, and the tasks; Foxglove shows it. A file of that name is replaced.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
@@ -79,8 +79,9 @@ async def run(
     if record is None:
         await RobotModule(state, store, bus_options(flags)).run()
         return
-    async with Recorder(record, beginning_of(state)) as recorder:
-        await RobotModule(state, store, bus_options(flags), recorder).run()
+    options = bus_options(flags)
+    async with Recorder(record, beginning_of(state)) as recorder, listening(recorder, options):
+        await RobotModule(state, store, options, recorder).run()
 
 
 @app.command

@@ -1,6 +1,7 @@
 """Recordings of what the robot senses and does: written, shown, and played again."""
 
 from xavier_sim.recording._format import Beginning, Entry, RecordingFileError
+from xavier_sim.recording._listening import listening
 from xavier_sim.recording._reader import RecordingReader
 from xavier_sim.recording._recorder import Recorder
 from xavier_sim.recording._tape import Tape
@@ -14,4 +15,5 @@ __all__ = [
     "RecordingReader",
     "Tape",
     "decode",
+    "listening",
 ]

@@ -29,6 +29,9 @@ WIRE = "wire/"
 TASKS = "/tasks"
 """Topic of task states, as central publishes them."""
 
+BELIEF = "/belief"
+"""Topic of the navigator's belief, with its entropy."""
+
 END = "xavier.end"
 """Name of the metadata that a recorder writes at last."""
 

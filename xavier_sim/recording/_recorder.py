@@ -12,8 +12,10 @@ from typing import IO, Self
 
 from pydantic import BaseModel
 
+from tca_bus import TaskStatus
 from xavier_sim.messages import Drive, Sensors, TrueLocation
 from xavier_sim.recording._format import Beginning, RecordingFileError
+from xavier_sim.recording._heard import Belief
 from xavier_sim.recording._tape import Tape
 
 FLUSH_SECONDS = 1.0
@@ -100,10 +102,19 @@ class Recorder:
         if isinstance(message, Drive) or self._has_room():
             self._push(lambda: self._tape.note(message, time))
 
-    def hear(self, topic: str, message: BaseModel) -> None:
-        """Record something that others said."""
+    def believe(self, belief: Belief) -> None:
+        """Record what the navigator believes."""
         if self._has_room():
-            self._push(lambda: self._tape.hear(topic, message))
+            self._push(lambda: self._tape.believe(belief))
+
+    def hear(self, status: TaskStatus) -> None:
+        """Record the state of a task, as central published it."""
+        if self._has_room():
+            self._push(lambda: self._tape.hear(status))
+
+    def miss(self, count: int) -> None:
+        """Count messages that were lost on their way here."""
+        self.dropped += count
 
     def _has_room(self) -> bool:
         if len(self._waiting) < MOST_WAITING:

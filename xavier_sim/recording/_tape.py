@@ -6,10 +6,19 @@ from typing import IO
 
 from pydantic import BaseModel
 
-from tca_bus import Payload
+from tca_bus import Payload, TaskStatus
 from xavier_sim.messages import Sensors, TrueLocation
 from xavier_sim.recording._channels import Channels, strict_json
-from xavier_sim.recording._format import BEGINNING, END, WIRE, Beginning, nanoseconds
+from xavier_sim.recording._format import (
+    BEGINNING,
+    BELIEF,
+    END,
+    TASKS,
+    WIRE,
+    Beginning,
+    nanoseconds,
+)
+from xavier_sim.recording._heard import Belief
 from xavier_sim.recording._schemas import viewer_schema
 from xavier_sim.recording._views import Views
 from xavier_sim.recording._wire_names import encode, wire_name
@@ -49,9 +58,15 @@ class Tape:
         for topic, view in self._views.note(message, self._time):
             self._channels.put_proto(topic, view, self._time)
 
-    def hear(self, topic: str, message: BaseModel) -> None:
-        """Something that others said: it gets the time of the last tick."""
-        self._put_model(topic, message)
+    def believe(self, belief: Belief) -> None:
+        """What the navigator believes: heard at the last tick, and so is its time."""
+        self._put_model(BELIEF, belief.state)
+        for topic, view in self._views.believe(belief.state, self._time):
+            self._channels.put_proto(topic, view, self._time)
+
+    def hear(self, status: TaskStatus) -> None:
+        """The state of a task: heard at the last tick, and so is its time."""
+        self._put_model(TASKS, status)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -59,6 +74,7 @@ class Tape:
 
     def finish(self, *, dropped: int) -> None:
         """Write how many messages were lost on the way here, and the indexes."""
+        self.flush()
         told = {"records": str(self.written), "dropped": str(dropped)}
         self._channels.put_metadata(END, told)
         self._channels.finish()

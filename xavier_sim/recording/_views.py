@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.message import Message as Proto
 from pydantic import BaseModel
@@ -24,6 +25,7 @@ from xavier_sim.messages import (
 )
 from xavier_sim.recording._format import Beginning, nanoseconds
 from xavier_sim.recording._frames import BASE, MAP, ODOM, TRUTH, Frames, Pose2D
+from xavier_sim.recording._heard import BeliefState
 from xavier_sim.recording._scene import (
     draw_body,
     draw_cones,
@@ -95,6 +97,17 @@ class Views:
                 yield "/log", _log(Log.DEBUG, f"battery {state.charge:.0%}{charging}", time)
             case _:
                 return
+
+    def believe(self, state: BeliefState, time: int) -> Iterator[View]:
+        """What the navigator believes: the pose, and the cells of the belief."""
+        at, when = state.position, timestamp(time)
+        self.frames.believe(Pose2D(at.x, at.y, at.theta), at.time)
+        yield (
+            "/position",
+            PoseInFrame(timestamp=when, frame_id=MAP, pose=pose(at.x, at.y, at.theta)),
+        )
+        cells = [pose(cell.x, cell.y, cell.theta) for cell in state.cells]
+        yield "/belief/cells", PosesInFrame(timestamp=when, frame_id=MAP, poses=cells)
 
     def _doors(self, time: int) -> Proto:
         rows, rooms = self._geometry.doors.tolist(), self._geometry.door_rooms
