@@ -19,6 +19,7 @@ from xavier_sim.cli._app import beginning_of
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import (
     SONAR_RING_RADIUS,
+    STRIPER_AHEAD,
     CameraPower,
     DoorMoved,
     Drive,
@@ -27,6 +28,7 @@ from xavier_sim.messages import (
     Sensors,
     TrueLocation,
 )
+from xavier_sim.profile import PROFILES
 from xavier_sim.recording import Recorder, RecordingFileError, RecordingReader, Tape, decode
 from xavier_sim.recording import _recorder as recorder_module
 from xavier_sim.recording._heard import Belief, BeliefState, BelievedCell, BelievedPose
@@ -228,6 +230,27 @@ def test_cones_lie_where_the_echoes_are(recording):
             assert bearing == pytest.approx(math.radians(15 * number), abs=1e-9)
             reach = [math.dist((apex.x, apex.y), (tip.x, tip.y)) for tip in arc]
             assert reach == pytest.approx([float(sensors.sonar[number])] * len(arc))
+
+
+@pytest.mark.parametrize(
+    ("profile", "sensor", "ahead"), [("hard", "striper", STRIPER_AHEAD), ("modern", "lidar", 0.0)]
+)
+def test_laser_beams_are_scans(tmp_path, profile, sensor, ahead):
+    path, sensed = tmp_path / "beams.mcap", []
+    state = RobotState(World(PLAN, 1, PROFILES[profile]), SimClock(1000.0), speed=None)
+    with path.open("wb") as stream:
+        tape = Tape(stream, beginning_of(state))
+        for _ in range(5):
+            state.world.step(0.3, 0.2)
+            sensed.append(state.sensors())
+            tape.sense(sensed[-1], state.true_location())
+        tape.finish(dropped=0)
+    scans = on_topic(path, f"/{sensor}")
+    assert [list(scan.ranges) for scan in scans] == [
+        getattr(one, sensor).tolist() for one in sensed
+    ]
+    assert {scan.pose.position.x for scan in scans} == {ahead}
+    assert {scan.start_angle + scan.end_angle for scan in scans} == {0.0}
 
 
 def test_frames_follow_odometry_and_truth(recording):

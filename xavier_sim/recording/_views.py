@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.Odometry_pb2 import Odometry
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -15,7 +16,10 @@ from pydantic import BaseModel
 from xavier_sim.floors import build_geometry
 from xavier_sim.messages import (
     BUMP_PANELS,
+    LIDAR_VIEW,
     SONAR_COUNT,
+    STRIPER_AHEAD,
+    STRIPER_VIEW,
     Battery,
     DoorMoved,
     Fault,
@@ -71,6 +75,7 @@ class Views:
                 pose=pose(truth.x, truth.y, truth.theta),
             ),
         )
+        yield from _scans(sensors, time)
         fresh = [number for number in range(SONAR_COUNT) if sensors.sonar_fresh >> number & 1]
         if fresh:
             yield "/sonar", draw_cones(sensors.sonar, fresh, BASE, time)
@@ -125,6 +130,28 @@ def _odometry(sensors: Sensors, time: int) -> Odometry:
         linear_velocity=Vector3(x=sensors.speed),
         angular_velocity=Vector3(z=sensors.turn_rate),
     )
+
+
+def _scans(sensors: Sensors, time: int) -> Iterator[View]:
+    """What the laser beams see, of the sensors that this robot has."""
+    looks = (
+        ("/striper", sensors.striper, pose(STRIPER_AHEAD, 0.0, 0.0), STRIPER_VIEW),
+        ("/lidar", sensors.lidar, pose(0.0, 0.0, 0.0), LIDAR_VIEW),
+    )
+    for topic, ranges, mount, view in looks:
+        if not ranges.size:
+            continue
+        yield (
+            topic,
+            LaserScan(
+                timestamp=timestamp(time),
+                frame_id=BASE,
+                pose=mount,
+                start_angle=-view / 2,
+                end_angle=view / 2,
+                ranges=ranges.tolist(),
+            ),
+        )
 
 
 def _log(level: Log.Level.ValueType, text: str, time: int) -> Log:
