@@ -5,7 +5,7 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from navigate_loop import true_plan
+from navigate_rings import ALL, TRUE, ring
 
 from navigate.body import BEARINGS, RING_RADIUS, Motion, motion_between, moved, plausible, wrap
 from navigate.driving import View
@@ -13,25 +13,9 @@ from navigate.driving._doorframe import DoorFrame
 from navigate.maps import Floor, load_plan
 from navigate.position import ExpectedRanges, ParticleFilter
 from navigate.position._expected import REACH
-from xavier_sim.floors import build_geometry
-from xavier_sim.profile import XAVIER
-from xavier_sim.sensors import RayCaster
 
-TRUE = Floor(true_plan())
 EXPECTED = ExpectedRanges(TRUE, capacity=256)
-GEOMETRY = build_geometry(true_plan())
-CASTER = RayCaster(GEOMETRY.walls, XAVIER.sonar.farthest)
-ALL = (1 << 24) - 1
 poses = st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3.1, 3.1))
-
-
-def ring(x, y, theta):
-    """What 24 perfect sonars read there, cones of 21 rays, doors open."""
-    look = theta + BEARINGS
-    starts = np.column_stack([x + RING_RADIUS * np.cos(look), y + RING_RADIUS * np.sin(look)])
-    spread = np.linspace(-0.19, 0.19, 21)
-    distance, _ = CASTER.cast(np.repeat(starts, 21, axis=0), (look[:, None] + spread).ravel())
-    return distance.reshape(24, 21).min(axis=1)
 
 
 @given(poses, poses)

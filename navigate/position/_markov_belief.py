@@ -1,0 +1,113 @@
+"""The belief over the states of the Markov model, and how reports change it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from navigate.body import Front, Moved, Pose, Side, Turned, wrap
+from navigate.maps import Floats, Floor, Point
+from navigate.position._features import Features
+from navigate.position._localizer import Belief
+from navigate.position._markov import TURNS, MarkovModel
+from navigate.position._topology import build_topology
+
+ANYWHERE = 0.002
+"""What every sensor report leaves for the chance to be anywhere: never completely lost."""
+
+FAINT = 1e-6
+"""Mass of a state below which it is not told."""
+
+
+class MarkovBelief:
+    """Where the robot may be: ``chances`` of the model's states, which sum up to 1.
+
+    Starts knowing nothing: even over all states.
+    """
+
+    def __init__(self, model: MarkovModel, features: Features) -> None:
+        self.model, self._features = model, features
+        self.chances: Floats = np.full(model.size, 1.0 / model.size)
+
+    @classmethod
+    def of_floor(cls, floor: Floor) -> MarkovBelief:
+        """The belief of a robot that is put down somewhere on ``floor``."""
+        model = MarkovModel(build_topology(floor))
+        return cls(model, Features(floor, model.locations.at))
+
+    def forget(self, share: float = 1.0) -> None:
+        """Take the robot to be anywhere, with a chance of ``share``."""
+        self.chances = (1.0 - share) * self.chances + share / self.model.size
+
+    def know(self, pose: Pose, *, spread: float = 0.5, turn_spread: float = 0.2) -> None:
+        """Believe to be at ``pose``, give or take: standard deviations in metres and radians."""
+        at = self.model.locations.at
+        doubt = max(spread, 0.4)
+        away = np.hypot(at[:, 0] - pose[0], at[:, 1] - pose[1])
+        near = np.exp(-0.5 * ((away - away.min()) / doubt) ** 2)
+        turns = np.array([wrap(pose[2] - quarter * math.pi / 2) for quarter in range(TURNS)])
+        facing = np.exp(-0.5 * (turns / max(turn_spread, 0.35)) ** 2)
+        self._set(np.outer(facing + 1e-9, near).ravel())
+
+    def report(self, report: Moved | Turned) -> None:
+        """Take in a motion report."""
+        if isinstance(report, Moved):
+            self._set(self.model.moved(self.chances, relative=report.relative))
+        else:
+            self.chances = self.model.turned(self.chances, quarters=report.quarters)
+
+    def see(self, front: Front | None, left: Side | None, right: Side | None) -> None:
+        """Take in a sensor report; None for what is not known."""
+        likelihood = self._features.likelihood(front, left, right)
+        if likelihood is not None:
+            self._set(self.chances * likelihood)
+            self.forget(ANYWHERE)
+
+    @property
+    def entropy(self) -> float:
+        """Bits, over all states."""
+        sound = self.chances[self.chances > 0.0]
+        return max(0.0, float(-(sound * np.log2(sound)).sum()))
+
+    @property
+    def places(self) -> Floats:
+        """The chance of each location, whatever the heading: shape (n,)."""
+        return np.asarray(self.chances.reshape(TURNS, -1).sum(axis=0))
+
+    def near(self, at: Point, *, within: float) -> float:
+        """The mass of the locations ``within`` metres of a point."""
+        locations = self.model.locations.at
+        close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
+        return float(self.places[close].sum())
+
+    def likely(self) -> Pose:
+        """The most likely state: the middle of its cell, and the direction it looks in."""
+        return self._pose(int(self.chances.argmax()))
+
+    def candidates(self, most: int) -> list[tuple[Pose, float]]:
+        """The most likely states, each with its chance, the best first."""
+        order = np.argsort(-self.chances, kind="stable")[:most]
+        return [(self._pose(int(state)), float(self.chances[state])) for state in order]
+
+    def tell(self) -> Belief:
+        """The belief as it is published, without what is fainter than `FAINT`."""
+        told = np.flatnonzero(self.chances > FAINT)
+        order = told[np.argsort(-self.chances[told], kind="stable")]
+        headings, spots = np.divmod(order, len(self.model.locations))
+        theta = np.array([wrap(quarter * math.pi / 2) for quarter in range(TURNS)])[headings]
+        poses = np.column_stack([self.model.locations.at[spots], theta])
+        shares = self.chances[order]
+        return Belief(poses, shares / shares.sum())
+
+    def _pose(self, state: int) -> Pose:
+        heading, spot = divmod(state, len(self.model.locations))
+        x, y = self.model.locations.at[spot]
+        return (float(x), float(y), wrap(heading * math.pi / 2))
+
+    def _set(self, weights: Floats) -> None:
+        total = float(weights.sum())
+        if total > 0.0 and math.isfinite(total):
+            self.chances = weights / total
+        else:
+            self.forget()
