@@ -75,7 +75,7 @@ class Robot:
     ) -> None:
         self.profile, self._body, self._charger = profile, body, charger
         self._odometry = Odometry(profile.odometry, seed)
-        self._senses = Senses(profile, geometry, seed, rays=rays)
+        self.senses = Senses(profile, geometry, seed, rays=rays)
         self._bumpers = Bumpers()
         self.camera = Camera(geometry, profile.camera, seed)
         self.battery = Battery(profile.battery) if profile.battery else None
@@ -84,7 +84,7 @@ class Robot:
         self._before = start = body.state
         self._touches: list[Contact] = []
         self._prevented = 0.0
-        sensed = self._senses.switch_on((start.x, start.y, start.theta))
+        sensed = self.senses.switch_on((start.x, start.y, start.theta))
         self.reading = self._read(0, sensed, 0)
 
     @property
@@ -139,7 +139,7 @@ class Robot:
         panels, began = self._bumpers.feel(self._touches, now.theta)
         if began:
             self._odometry.jolt()
-        sensed = self._senses.sense(tick, (now.x, now.y, now.theta))
+        sensed = self.senses.sense(tick, (now.x, now.y, now.theta))
         self.reading = self._read(tick, sensed, panels)
         return self.reading
 
@@ -164,7 +164,7 @@ class Robot:
 
     def see_door(self, door: int, *, is_open: bool) -> None:
         """Let rays through a door, or not."""
-        self._senses.see_door(door, is_open=is_open)
+        self.senses.see_door(door, is_open=is_open)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as JSON can hold it."""
@@ -172,7 +172,7 @@ class Robot:
             "metres": self.metres,
             "body": asdict(self._body.state),
             "odometry": self._odometry.snapshot(),
-            **self._senses.snapshot(),
+            **self.senses.snapshot(),
             "bumpers": self._bumpers.snapshot(),
             "camera": self.camera.snapshot(),
             "battery": self.battery.snapshot() if self.battery else None,
@@ -187,14 +187,14 @@ class Robot:
         self.metres = state["metres"]
         self._body.state = BodyState(**state["body"])
         self._odometry.restore(state["odometry"])
-        self._senses.restore(state)
+        self.senses.restore(state)
         self._bumpers.restore(state["bumpers"])
         if "camera" in state:
             self.camera.restore(state["camera"])
         if self.battery and state.get("battery"):
             self.battery.restore(state["battery"])
         fresh, panels = state["reading"]
-        self.reading = self._read(tick, self._senses.sensed(fresh), panels)
+        self.reading = self._read(tick, self.senses.sensed(fresh), panels)
 
     def _reckon(self, before: BodyState, now: BodyState) -> None:
         heading = (before.theta + now.theta) / 2
@@ -227,5 +227,5 @@ class Robot:
         state = self._body.state
         angle = math.atan2(y - state.y, x - state.x)
         origin = np.array([[state.x, state.y]])
-        hits, _ = self._senses.caster.cast(origin, np.array([angle]))
+        hits, _ = self.senses.caster.cast(origin, np.array([angle]))
         return bool(hits[0] > math.dist((x, y), (state.x, state.y)) - ON_WALL)

@@ -18,10 +18,12 @@ from xavier_sim.messages import (
     DoorMoved,
     Fault,
     Kidnap,
+    LaserOffset,
     MoveDoor,
     ReadBattery,
     ReadPlate,
     Slip,
+    SonarFault,
     WhereReally,
 )
 from xavier_sim.profile import XAVIER, BatteryProfile
@@ -138,10 +140,18 @@ async def test_faults_doors_and_plates_on_the_bus():
         assert plate == await asker.query(ReadPlate())
         assert (await asker.query(Fault(fault=Slip(metres=-3.6)))).slip == -3.6
         assert not (await asker.query(Fault(fault=CameraPower(on=False)))).camera_on
+        dead = SonarFault(number=5, state="dead")
+        stuck = SonarFault(number=7, state="stuck", metres=1.5)
+        for fault in (stuck, dead):
+            state = await asker.query(Fault(fault=fault))
+        assert state.sonars == (dead, stuck)
+        sound = SonarFault(number=5, state="sound")
+        assert (await asker.query(Fault(fault=sound))).sonars == (stuck,)
         for message, name in (
             (ReadPlate(), "camera_gone"),
             (Fault(fault=Kidnap(room="r-5304x")), "unknown_room"),
             (Fault(fault=Kidnap(x=0.0, y=0.0)), "not_free"),
+            (Fault(fault=LaserOffset(metres=0.1)), "no_sensor"),
         ):
             with pytest.raises(HandlerFailedError) as caught:
                 await asker.query(message)

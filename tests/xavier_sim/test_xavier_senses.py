@@ -16,9 +16,16 @@ from tca_bus._frames import decode_frame, encode_frame
 from tca_bus._types import array_fields
 from xavier_sim.cli._app import ProfileName, open_world
 from xavier_sim.floors import Geometry
-from xavier_sim.messages import LIDAR_BEAMS, SONAR_COUNT, STRIPER_BEAMS, Sensors
+from xavier_sim.messages import (
+    LIDAR_BEAMS,
+    SONAR_COUNT,
+    STRIPER_BEAMS,
+    LaserOffset,
+    Sensors,
+    SonarFault,
+)
 from xavier_sim.profile import HARD, MODERN, PROFILES, XAVIER, RobotProfile, SonarProfile
-from xavier_sim.sensors import Senses
+from xavier_sim.sensors import NoSensorError, Senses
 from xavier_sim.sensors._crosstalk import Crosstalk
 
 EAST = (0.0, 0.0, 0.0)
@@ -220,3 +227,68 @@ def test_what_an_older_robot_says_is_understood():
     old = state.sensors().model_dump(exclude={"striper", "lidar"})
     got = Sensors.model_validate(old)
     assert (len(got.striper), len(got.lidar)) == (0, 0)
+
+
+def test_faulty_sonars_read_what_they_read_and_the_others_what_they_would():
+    sound, faulty = Senses(XAVIER, CELL, 1), Senses(XAVIER, CELL, 1)
+    for senses in (sound, faulty):
+        senses.switch_on(EAST)
+    faulty.stick_sonar(0, math.inf)
+    faulty.stick_sonar(4, 0.8)
+    faulty.stick_sonar(9)
+    last = float(faulty.sensed(0).sonar[9])
+    for tick in range(8):
+        right, wrong = sound.sense(tick, EAST), faulty.sense(tick, EAST)
+        assert right.sonar_fresh == wrong.sonar_fresh
+    others = [number for number in range(SONAR_COUNT) if number not in (0, 4, 9)]
+    assert (wrong.sonar[others] == right.sonar[others]).all()
+    assert wrong.sonar[[0, 4, 9]] == pytest.approx([math.inf, 0.8, last])
+    for number in (0, 4, 9):
+        faulty.mend_sonar(number)
+    for tick in range(8, 12):
+        right, wrong = sound.sense(tick, EAST), faulty.sense(tick, EAST)
+    assert sensed_bytes(right) == sensed_bytes(wrong)
+
+
+def test_a_knocked_striper_measures_too_far_and_looks_askew():
+    senses = Senses(HARD, walls((2.0, -50, 2.0, 50)), 1)
+    senses.knock_lasers(0.3, 0.2)
+    log = [senses.sense(tick, EAST).striper for tick in range(200)]
+    bearings = np.radians(np.arange(STRIPER_BEAMS) - 15) + 0.2
+    assert np.median(log, axis=0) == pytest.approx(1.75 / np.cos(bearings) + 0.3, abs=0.02)
+
+
+def test_sensor_faults_survive_a_snapshot():
+    senses, again = Senses(HARD, CELL, 1), Senses(HARD, CELL, 1)
+    senses.stick_sonar(3, math.inf)
+    senses.stick_sonar(11, 0.5)
+    senses.knock_lasers(-0.1, 0.05)
+    again.restore(json.loads(json.dumps(senses.snapshot())))
+    assert again.stuck_sonars == {3: math.inf, 11: 0.5}
+    assert again.laser_offset == (-0.1, 0.05)
+
+
+def test_what_a_robot_does_not_have_cannot_fail():
+    with pytest.raises(NoSensorError, match="this robot has no sonar; 'xavier run --profile'"):
+        Senses(MODERN, CELL, 1).stick_sonar(3)
+    with pytest.raises(NoSensorError, match="this robot has no laser"):
+        Senses(XAVIER.model_copy(update={"striper": None}), CELL, 1).knock_lasers(0.1, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "says"),
+    [
+        (SonarFault, {"number": 24, "state": "dead"}, "number"),
+        (
+            SonarFault,
+            {"number": 3, "state": "dead", "metres": 1.0},
+            "expected none for a dead sonar",
+        ),
+        (SonarFault, {"number": 3, "state": "stuck", "metres": math.nan}, "metres"),
+        (LaserOffset, {"metres": 2.0}, "metres"),
+        (LaserOffset, {"turn": math.inf}, "turn"),
+    ],
+)
+def test_a_fault_that_cannot_be_is_refused(kind, fields, says):
+    with pytest.raises(ValidationError, match=says):
+        kind(**fields)

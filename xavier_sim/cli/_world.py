@@ -25,12 +25,14 @@ from xavier_sim.messages import (
     Fault,
     FaultState,
     Kidnap,
+    LaserOffset,
     MoveDoor,
     MoveItem,
     MovePerson,
     ReadBattery,
     ReadPlate,
     Slip,
+    SonarFault,
     TrueLocation,
     WhereReally,
     WorldDoors,
@@ -125,7 +127,7 @@ async def person(
 
 fault = App(
     name="fault",
-    help="Make something go wrong, at once: the robot moved, its odometry or camera, an item gone.",
+    help="Make something go wrong, at once: the robot moved, a sensor wrong, an item gone.",
     help_format="plaintext",
 )
 
@@ -187,6 +189,50 @@ async def camera(power: Literal["on", "off"], /, *, flags: BusFlags = DEFAULT_FL
         flags: Where the bus is.
     """
     await _make(Fault(fault=CameraPower(on=power == "on")), flags)
+
+
+@fault.command
+async def sonar(
+    number: int,
+    state: Literal["dead", "stuck", "sound"],
+    /,
+    *,
+    metres: float | None = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Let a sonar hear nothing, or always read the same, or make it sound again.
+
+    Args:
+        number: Of the sonar, 0 to 23: it looks so many times 15 degrees to the left.
+        state: What becomes of it.
+        metres: What a stuck one reads; what it read last when not given.
+        flags: Where the bus is.
+    """
+    try:
+        fault = SonarFault(number=number, state=state, metres=metres)
+    except ValidationError as error:
+        given = f"number {number}, {state}" + ("" if metres is None else f", --metres {metres:g}")
+        expected = "a number from 0 to 23, and --metres from 0 to 6.5 for a stuck one only"
+        raise ConfigError("the sonar", given, expected) from error
+    await _make(Fault(fault=fault), flags)
+
+
+@fault.command
+async def laser(*, metres: float = 0.0, turn: float = 0.0, flags: BusFlags = DEFAULT_FLAGS) -> None:
+    """Knock striper and lidar, so that they measure wrongly; with neither flag they are sound.
+
+    Args:
+        metres: How much too far they measure, -1 to 1.
+        turn: Radians to the left of where they should look, -0.5 to 0.5.
+        flags: Where the bus is.
+    """
+    try:
+        fault = LaserOffset(metres=metres, turn=turn)
+    except ValidationError as error:
+        given = f"--metres {metres:g} --turn {turn:g}"
+        expected = "--metres from -1 to 1 and --turn from -0.5 to 0.5"
+        raise ConfigError("the laser's offset", given, expected) from error
+    await _make(Fault(fault=fault), flags)
 
 
 @fault.command
@@ -266,6 +312,8 @@ def _fault_rows(state: FaultState) -> list[tuple[str, str]]:
         ("space", state.space or "none"),
         ("camera", "on" if state.camera_on else "off"),
         ("odometry", f"{state.slip:.3f} m to count wrongly"),
+        ("sonars", ", ".join(f"{one.number} {one.state}" for one in state.sonars) or "sound"),
+        ("laser", f"{state.laser.metres:.3f} m too far, {state.laser.turn:.3f} rad askew"),
         ("tick", str(state.tick)),
     ]
 

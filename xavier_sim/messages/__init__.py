@@ -3,7 +3,16 @@
 from xavier_sim.messages.battery import Battery, BatteryState, ReadBattery
 from xavier_sim.messages.camera import PlateReading, ReadPlate
 from xavier_sim.messages.doors import DoorMoved, DoorState, MoveDoor, WorldDoors
-from xavier_sim.messages.faults import AnyFault, CameraPower, Fault, FaultState, Kidnap, Slip
+from xavier_sim.messages.faults import (
+    AnyFault,
+    CameraPower,
+    Fault,
+    FaultState,
+    Kidnap,
+    LaserOffset,
+    Slip,
+    SonarFault,
+)
 from xavier_sim.messages.floorplan import Corner, Door, FloorPlan, Space, SpaceKind
 from xavier_sim.messages.people import (
     ItemAction,
@@ -67,6 +76,7 @@ __all__ = [
     "ItemAction",
     "ItemMoved",
     "Kidnap",
+    "LaserOffset",
     "MoveDoor",
     "MoveItem",
     "MovePerson",
@@ -77,6 +87,7 @@ __all__ = [
     "Say",
     "Sensors",
     "Slip",
+    "SonarFault",
     "Space",
     "SpaceKind",
     "Spoken",

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tca_bus import Query
+from xavier_sim.messages.robot import SONAR_COUNT, SONAR_FARTHEST
 
 Metres = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -59,14 +60,46 @@ class CameraPower(_Fault):
     on: bool
 
 
-AnyFault = Annotated[Kidnap | Slip | CameraPower, Field(discriminator="kind")]
+class SonarFault(_Fault):
+    """A sonar hears nothing any more, always reads the same, or is sound again.
+
+    A stuck one reads ``metres`` from its next ping on, or what it read last.
+    """
+
+    kind: Literal["sonar"] = "sonar"
+    number: int = Field(ge=0, lt=SONAR_COUNT)
+    state: Literal["dead", "stuck", "sound"]
+    metres: float | None = Field(default=None, ge=0.0, le=SONAR_FARTHEST)
+
+    @model_validator(mode="after")
+    def _is_stuck_somewhere(self) -> Self:
+        if self.metres is not None and self.state != "stuck":
+            raise ValueError(f"metres: expected none for a {self.state} sonar, got {self.metres:g}")
+        return self
+
+
+class LaserOffset(_Fault):
+    """Striper and lidar were knocked: they measure so much too far, and look askew.
+
+    ``metres`` too far (too near when negative), ``turn`` radians to the left of where they should
+    look. It holds until another offset takes its place; with both zero they are sound.
+    """
+
+    kind: Literal["laser"] = "laser"
+    metres: float = Field(default=0.0, ge=-1.0, le=1.0)
+    turn: float = Field(default=0.0, ge=-0.5, le=0.5)
+
+
+AnyFault = Annotated[
+    Kidnap | Slip | CameraPower | SonarFault | LaserOffset, Field(discriminator="kind")
+]
 
 
 class FaultState(BaseModel):
     """What is wrong with the robot after a fault.
 
     ``slip`` is what the odometry has still to count wrongly, metres; ``room`` and ``space`` where
-    the robot really stands.
+    the robot really stands. ``sonars`` are those that are not sound.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -77,10 +110,12 @@ class FaultState(BaseModel):
     space: str | None
     tick: int
     time: float
+    sonars: tuple[SonarFault, ...] = ()
+    laser: LaserOffset = LaserOffset()
 
 
 class Fault(Query[FaultState]):
-    """Make a fault at this very tick. Fails with ``unknown_room`` or ``not_free``."""
+    """Make a fault at this very tick. Fails with ``unknown_room``, ``not_free``, ``no_sensor``."""
 
     wire_name = "xavierFault"
 

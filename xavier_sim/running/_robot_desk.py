@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from tca_bus import Context, Module, TaskError
@@ -16,17 +17,20 @@ from xavier_sim.messages import (
     Fault,
     FaultState,
     Kidnap,
+    LaserOffset,
     MoveDoor,
     PlateReading,
     ReadBattery,
     ReadPlate,
     Slip,
+    SonarFault,
     TrueLocation,
     WhereReally,
     WorldDoors,
 )
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.running._robot_state import RobotState
+from xavier_sim.sensors import NoSensorError
 from xavier_sim.world import NotFreeError
 
 
@@ -95,6 +99,8 @@ class RobotDesk:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         except NotFreeError as error:
             raise TaskError("not_free", str(error)) from error
+        except NoSensorError as error:
+            raise TaskError("no_sensor", str(error)) from error
         self._outlet.note(query)
         self._changed()
         return self._state.fault_state()
@@ -106,6 +112,14 @@ class RobotDesk:
                 robot.camera.is_on = on
             case Slip(metres=metres, turn=turn):
                 robot.slip(metres, turn)
+            case SonarFault(number=number, state="sound"):
+                robot.senses.mend_sonar(number)
+            case SonarFault(number=number, state="dead"):
+                robot.senses.stick_sonar(number, math.inf)
+            case SonarFault(number=number, metres=metres):
+                robot.senses.stick_sonar(number, metres)
+            case LaserOffset(metres=metres, turn=turn):
+                robot.senses.knock_lasers(metres, turn)
             case Kidnap():
                 self._state.world.kidnap(*self._destination(fault), fault.theta)
 

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from xavier_sim.messages import BatteryState, DoorState, FaultState, Sensors, TrueLocation
+import math
+
+from xavier_sim.messages import (
+    BatteryState,
+    DoorState,
+    FaultState,
+    LaserOffset,
+    Sensors,
+    SonarFault,
+    TrueLocation,
+)
 from xavier_sim.profile import TICK
 from xavier_sim.robot import Robot
 from xavier_sim.running._simulated_time import SimClock
@@ -110,12 +120,21 @@ class RobotState:
 
     def fault_state(self) -> FaultState:
         """What is wrong with the robot, as a message."""
-        truth = self.world.truth()
+        truth, senses = self.world.truth(), self.robot.senses
+        metres, turn = senses.laser_offset
         return FaultState(
             camera_on=self.robot.camera.is_on,
             slip=self.robot.slipping,
+            sonars=tuple(_faulty(*one) for one in sorted(senses.stuck_sonars.items())),
+            laser=LaserOffset(metres=metres, turn=turn),
             room=truth.room,
             space=truth.space,
             tick=truth.tick,
             time=self.now,
         )
+
+
+def _faulty(number: int, reading: float) -> SonarFault:
+    if math.isinf(reading):
+        return SonarFault(number=number, state="dead")
+    return SonarFault(number=number, state="stuck", metres=reading)

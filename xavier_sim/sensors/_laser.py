@@ -30,6 +30,8 @@ class Laser:
         self._random = stream(seed, name)
         self._bearings = np.linspace(-profile.view / 2, profile.view / 2, profile.beams)
         self._least_cosine = math.cos(profile.most_askance)
+        self.metres_off, self.turned = 0.0, 0.0
+        """By how much a knocked laser measures too far, metres, and looks to the left, radians."""
         self.ranges: Ranges = np.full(profile.beams, np.inf, dtype=np.float32)
 
     def sweep(self, caster: Caster, pose: Pose, *, circles: Floats | None = None) -> None:
@@ -44,16 +46,22 @@ class Laser:
         starts = np.empty((profile.beams, 2))
         starts[:, 0] = x + profile.ahead * math.cos(theta)
         starts[:, 1] = y + profile.ahead * math.sin(theta)
-        true, cosine = caster.cast(starts, theta + self._bearings, circles=circles)
+        looks = theta + self.turned + self._bearings
+        true, cosine = caster.cast(starts, looks, circles=circles)
         self.ranges = self._disturb(true, cosine).astype(np.float32)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as plain numbers."""
-        return {"ranges": plain(self.ranges), "random": stream_state(self._random)}
+        return {
+            "ranges": plain(self.ranges),
+            "offset": [self.metres_off, self.turned],
+            "random": stream_state(self._random),
+        }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go back to a snapshot."""
         self.ranges = ranges_of(state["ranges"])
+        self.metres_off, self.turned = state.get("offset", (0.0, 0.0))
         restore_stream(self._random, state["random"])
 
     def _disturb(self, true: Floats, cosine: Floats) -> Floats:
@@ -61,7 +69,7 @@ class Laser:
         profile, count = self._profile, len(true)
         draw, error = self._random.random(count), self._random.standard_normal(count)
         square = np.square(np.minimum(true, profile.farthest))
-        seen = true + (profile.noise + profile.noise_square * square) * error
+        seen = true + self.metres_off + (profile.noise + profile.noise_square * square) * error
         growth = profile.dropout_growth / profile.farthest**2
         lost = draw < profile.dropouts + growth * square
         lost |= (cosine < self._least_cosine) | (seen < profile.nearest) | (seen > profile.farthest)

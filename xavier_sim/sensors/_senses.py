@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tca_bus import TcaError
 from xavier_sim.floors import Geometry
 from xavier_sim.messages import SONAR_COUNT
 from xavier_sim.profile import RobotProfile
@@ -30,6 +31,16 @@ class Sensed:
     sonar_fresh: int
     striper: Ranges
     lidar: Ranges
+
+
+class NoSensorError(TcaError, LookupError):
+    """The robot has no sensor of a ``kind``."""
+
+    exit_code = 2
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        super().__init__(f"this robot has no {kind}; 'xavier run --profile' gives it another set")
 
 
 class Senses:
@@ -91,6 +102,45 @@ class Senses:
         readings = self._sonar.readings.copy() if self._sonar else NO_BEAMS
         return Sensed(readings, fresh, striper, lidar)
 
+    def stick_sonar(self, number: int, reading: float | None = None) -> None:
+        """Let a sonar always read the same, metres; ``inf`` is a dead one, None what it read last.
+
+        Raises:
+            NoSensorError: the robot has no sonars.
+        """
+        ring = self._ring()
+        ring.stuck[number] = float(ring.readings[number]) if reading is None else reading
+
+    def mend_sonar(self, number: int) -> None:
+        """Let a sonar hear again.
+
+        Raises:
+            NoSensorError: the robot has no sonars.
+        """
+        self._ring().stuck.pop(number, None)
+
+    def knock_lasers(self, metres: float, turn: float) -> None:
+        """Let striper and lidar measure so many metres too far and look so many radians left.
+
+        Raises:
+            NoSensorError: the robot has neither.
+        """
+        lasers = self._lasers()
+        if not lasers:
+            raise NoSensorError("laser")
+        for laser in lasers:
+            laser.metres_off, laser.turned = metres, turn
+
+    @property
+    def stuck_sonars(self) -> dict[int, float]:
+        """What the faulty sonars read, metres; ``inf`` for a dead one."""
+        return dict(self._sonar.stuck) if self._sonar else {}
+
+    @property
+    def laser_offset(self) -> tuple[float, float]:
+        """Metres that the lasers measure too far, and radians that they look to the left."""
+        return next(((one.metres_off, one.turned) for one in self._lasers()), (0.0, 0.0))
+
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as plain values."""
         return {name: sensor.snapshot() for name, sensor in self._by_name().items()}
@@ -102,9 +152,16 @@ class Senses:
                 sensor.restore(state[name])
 
     def _sweep(self, pose: Pose, circles: Floats | None) -> None:
-        for laser in (self._striper, self._lidar):
-            if laser is not None:
-                laser.sweep(self.caster, pose, circles=circles)
+        for laser in self._lasers():
+            laser.sweep(self.caster, pose, circles=circles)
+
+    def _lasers(self) -> list[Laser]:
+        return [laser for laser in (self._striper, self._lidar) if laser is not None]
+
+    def _ring(self) -> SonarRing:
+        if self._sonar is None:
+            raise NoSensorError("sonar")
+        return self._sonar
 
     def _by_name(self) -> dict[str, SonarRing | Laser]:
         sensors = {"sonar": self._sonar, "striper": self._striper, "lidar": self._lidar}

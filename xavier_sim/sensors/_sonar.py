@@ -42,6 +42,8 @@ class SonarRing:
         half = profile.cone / 2
         self._spread = np.linspace(-half, half, profile.rays)
         self.readings: Ranges = np.full(SONAR_COUNT, np.inf, dtype=np.float32)
+        self.stuck: dict[int, float] = {}
+        """What the faulty sonars read whatever there is, metres; ``inf`` for a dead one."""
         ring = np.arange(SONAR_COUNT)
         self._whole = Part(ring, profile.rays)
         self._parts = [Part(ring[p :: profile.phases], profile.rays) for p in range(profile.phases)]
@@ -69,6 +71,7 @@ class SonarRing:
         return {
             "readings": plain(self.readings),
             "random": stream_state(self._random),
+            "stuck": dict(zip(map(str, self.stuck), plain(self.stuck.values()), strict=True)),
             "crosstalk": self._crosstalk.snapshot() if self._crosstalk else None,
         }
 
@@ -76,6 +79,8 @@ class SonarRing:
         """Go back to a snapshot."""
         self.readings = ranges_of(state["readings"])
         restore_stream(self._random, state["random"])
+        kept = state.get("stuck", {})
+        self.stuck = dict(zip(map(int, kept), ranges_of(kept.values()).tolist(), strict=True))
         if self._crosstalk and state.get("crosstalk"):
             self._crosstalk.restore(state["crosstalk"])
 
@@ -95,6 +100,9 @@ class SonarRing:
             bearing = facing + self._spread[cones.argmin(axis=1)]
             echo = self._crosstalk.disturb(mounts, bearing, echo)
         self.readings[part.sonars] = self._disturb(echo)
+        for number, reading in self.stuck.items():
+            if part.bits >> number & 1:
+                self.readings[number] = reading
         return part.bits
 
     def _lost(self, cosine: Floats) -> NDArray[np.bool_]:
