@@ -5,16 +5,21 @@ from navigate.position._confidence import Confidence
 from navigate.position._expected import ExpectedRanges
 from navigate.position._localizer import Belief, Estimate, Localizer
 from navigate.position._particles import ParticleFilter
+from navigate.position._policy import Choice, Directive, Picking, Policy
 from navigate.position._reckoning import DeadReckoning
 
 __all__ = [
     "Belief",
+    "Choice",
     "Confidence",
     "DeadReckoning",
+    "Directive",
     "Estimate",
     "ExpectedRanges",
     "Localizer",
     "LocalizerName",
     "ParticleFilter",
+    "Picking",
+    "Policy",
     "make_localizer",
 ]
