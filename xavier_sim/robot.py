@@ -14,7 +14,9 @@ from xavier_sim.body import (
     BodyState,
     Bumpers,
     Contact,
+    Disc,
     Odometry,
+    PeopleMet,
     RobotBody,
     clip_command,
     next_speed,
@@ -24,6 +26,8 @@ from xavier_sim.floors import Geometry
 from xavier_sim.messages import Corner
 from xavier_sim.profile import PHYSICS_STEP, TICK, RobotProfile
 from xavier_sim.sensors import Camera, Look, Rays, Sensed, Senses
+
+Floats = NDArray[np.float64]
 
 STANDING = 1e-4
 """A robot that moves no more than this in a tick stands, metres."""
@@ -54,6 +58,8 @@ class Reading:
 class Robot:
     """A robot's body and senses; the world moves it and lets it sense, tick by tick.
 
+    ``around`` is what the world puts about it, shape (k, 3): x, y and radius in metres.
+
     Args:
         body: in the physics of the world.
         geometry: of the floor.
@@ -77,20 +83,32 @@ class Robot:
         self._odometry = Odometry(profile.odometry, seed)
         self.senses = Senses(profile, geometry, seed, rays=rays)
         self._bumpers = Bumpers()
+        self.people_met = PeopleMet()
         self.camera = Camera(geometry, profile.camera, seed)
         self.battery = Battery(profile.battery) if profile.battery else None
         self.metres = 0.0
-        self._wanted = (0.0, 0.0)
-        self._before = start = body.state
+        self._wanted, self._wheels = (0.0, 0.0), 0.0
+        self._before = body.state
         self._touches: list[Contact] = []
         self._prevented = 0.0
-        sensed = self.senses.switch_on((start.x, start.y, start.theta))
-        self.reading = self._read(0, sensed, 0)
+        self.around: Floats | None = None
+        self.reading = self._read(0, self.senses.sensed(0), 0)
 
     @property
     def state(self) -> BodyState:
         """Where it really is, and how it moves."""
         return self._body.state
+
+    @property
+    def disc(self) -> Disc:
+        """What others see of it, and run into."""
+        state = self._body.state
+        return Disc(state.x, state.y, self.profile.base.radius)
+
+    @property
+    def sight(self) -> float:
+        """Metres to which its sensors see at most."""
+        return self.senses.reach
 
     @property
     def bumps(self) -> int:
@@ -118,15 +136,27 @@ class Robot:
     def push(self) -> None:
         """Set the wheels for the physics step that comes."""
         base, state, (speed, turn_rate) = self.profile.base, self._body.state, self._wanted
-        wheels = next_speed(base, state.forward_speed(), speed)
-        self._body.push(wheels, next_turn_rate(base, state.turn_rate, turn_rate))
+        self._wheels = next_speed(base, state.forward_speed(), speed)
+        self._body.push(self._wheels, next_turn_rate(base, state.turn_rate, turn_rate))
 
     def feel(self) -> None:
-        """Take in what the last physics step touched."""
-        if self._body.touches:
-            self._touches += self._body.contacts()
-            missing = self._wanted[0] - self._body.state.forward_speed()
-            self._prevented += missing * PHYSICS_STEP
+        """Take in what the last physics step touched, if anything."""
+        contacts = self._body.contacts
+        if not contacts:
+            return
+        state = self._body.state
+        self._touches += contacts
+        self._prevented += (self._wanted[0] - state.forward_speed()) * PHYSICS_STEP
+        for contact in contacts:
+            if contact.person is not None:
+                closing = self._wheels * math.cos(contact.direction - state.theta)
+                self.people_met.touch(contact.person, max(0.0, closing))
+
+    def switch_on(self) -> None:
+        """Take the first reading, with all sensors at once."""
+        state = self._body.state
+        pose = (state.x, state.y, state.theta)
+        self.reading = self._read(0, self.senses.switch_on(pose, circles=self.around), 0)
 
     def sense(self, tick: int) -> Reading:
         """End a tick: reckon, feel and fire the sensors whose turn it is."""
@@ -136,10 +166,11 @@ class Robot:
         if self.battery:
             self.battery.use(way, TICK, at_charger=way < STANDING and self._at_charger(now))
         self._reckon(before, now)
+        self.people_met.pass_tick()
         panels, began = self._bumpers.feel(self._touches, now.theta)
         if began:
             self._odometry.jolt()
-        sensed = self.senses.sense(tick, (now.x, now.y, now.theta))
+        sensed = self.senses.sense(tick, (now.x, now.y, now.theta), circles=self.around)
         self.reading = self._read(tick, sensed, panels)
         return self.reading
 
@@ -174,6 +205,7 @@ class Robot:
             "odometry": self._odometry.snapshot(),
             **self.senses.snapshot(),
             "bumpers": self._bumpers.snapshot(),
+            "people_met": self.people_met.snapshot(),
             "camera": self.camera.snapshot(),
             "battery": self.battery.snapshot() if self.battery else None,
             "reading": [self.reading.sonar_fresh, self.reading.bump],
@@ -182,13 +214,15 @@ class Robot:
     def restore(self, state: dict[str, Any], tick: int) -> None:
         """Go back to a snapshot of a robot with the same profile, at a tick.
 
-        One that is so old that it knows no camera and no battery leaves them as they are.
+        One that is so old that it knows no camera, battery or people leaves them as they are.
         """
         self.metres = state["metres"]
         self._body.state = BodyState(**state["body"])
         self._odometry.restore(state["odometry"])
         self.senses.restore(state)
         self._bumpers.restore(state["bumpers"])
+        if "people_met" in state:
+            self.people_met.restore(state["people_met"])
         if "camera" in state:
             self.camera.restore(state["camera"])
         if self.battery and state.get("battery"):
@@ -227,5 +261,5 @@ class Robot:
         state = self._body.state
         angle = math.atan2(y - state.y, x - state.x)
         origin = np.array([[state.x, state.y]])
-        hits, _ = self.senses.caster.cast(origin, np.array([angle]))
+        hits, _ = self.senses.caster.cast(origin, np.array([angle]), circles=self.around)
         return bool(hits[0] > math.dist((x, y), (state.x, state.y)) - ON_WALL)

@@ -9,10 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
+import numpy as np
+
 from tca_bus import TcaError
-from xavier_sim.body import BodyState, Physics, wrap
+from xavier_sim.body import BodyState, Disc, Physics, wrap
+from xavier_sim.crowd import Crowd
 from xavier_sim.floors import Doors, UnknownDoorError, build_geometry, space_at
 from xavier_sim.messages import FloorPlan, SpaceKind
 from xavier_sim.noise import derived_seed
@@ -31,6 +35,9 @@ ROOMY = 0.3
 
 SPOTS = 400
 """Spots round the start that are tried for a robot."""
+
+COMPANY = 0.2
+"""What is farther from a robot than this, in metres, is not touched within a tick."""
 
 ROBOT = "xavier"
 """The name of a robot that is alone."""
@@ -61,7 +68,11 @@ class RobotsError(TcaError, ValueError):
 
 @dataclass(frozen=True)
 class Truth:
-    """Where a robot really is: metres, radians; ``space`` and ``room`` hold it."""
+    """Where a robot really is: metres, radians; ``space`` and ``room`` hold it.
+
+    ``people_touched`` counts contacts with people, ``people_hit`` those in which the robot came
+    towards them faster than 0.1 m/s; ``hardest_hit`` is the fastest of all, m/s.
+    """
 
     x: float
     y: float
@@ -71,24 +82,30 @@ class Truth:
     metres: float
     bumps: int
     tick: int
+    people_touched: int
+    people_hit: int
+    hardest_hit: float
 
 
 class World:
-    """One floor and the robots on it, which run into each other.
+    """One floor, the robots on it, and the people and carts in their way.
 
-    The first robot stands at the floor's start, others as near to it as there is room. Methods
-    without a robot's name are about the first.
+    Robots see each other and all the rest, and run into it. The first stands at the floor's start,
+    others as near to it as there is room. Methods without a robot's name are about the first.
 
     Args:
         plan: a valid floor plan.
         seed: of all noise, 0 or more.
         profile: the robots' body and sensors.
         robots: their names.
+        people: how many walk the corridors.
+        carts: how many stand in them.
         rays: what casts the rays of their sensors; what they sense does not depend on it.
 
     Raises:
         RobotsError: a name stands twice, or there is none.
         NotFreeError: there is no room for so many robots.
+        NoRoomError: there is none for so many people or carts.
     """
 
     def __init__(
@@ -98,6 +115,8 @@ class World:
         profile: RobotProfile = XAVIER,
         *,
         robots: Sequence[str] = (ROBOT,),
+        people: int = 0,
+        carts: int = 0,
         rays: Rays = "numpy",
     ) -> None:
         if not robots or len(set(robots)) < len(robots):
@@ -110,7 +129,12 @@ class World:
         for name in robots:
             self.robots[name] = self._make_robot(name, rays)
         self.robot = self.robots[robots[0]]
+        self._crowd = Crowd(plan, seed, people=people, carts=carts, robots=self._robot_discs())
+        self._in_company = False
         self.tick = 0
+        self._look_round()
+        for robot in self.robots.values():
+            robot.switch_on()
 
     def step(self, speed: float, turn_rate: float) -> Reading:
         """Drive the first robot for one control tick of 0.1 s and sense; the others stop.
@@ -154,6 +178,9 @@ class World:
             metres=one.metres,
             bumps=one.bumps,
             tick=self.tick,
+            people_touched=one.people_met.count,
+            people_hit=one.people_met.hits,
+            hardest_hit=one.people_met.hardest,
         )
 
     def doors(self) -> dict[str, bool]:
@@ -221,6 +248,7 @@ class World:
             "seed": self.seed,
             "tick": self.tick,
             "doors": self._doors.snapshot(),
+            "crowd": self._crowd.snapshot(),
             "robots": {name: robot.snapshot() for name, robot in self.robots.items()},
         }
 
@@ -241,10 +269,20 @@ class World:
             self._show_door(door)
         for name, robot in self.robots.items():
             robot.restore(robots[name], self.tick)
-        self._physics.forget()
+        if "crowd" in state:
+            self._crowd.restore(state["crowd"])
+        self._physics.surround({})
+        self._in_company = False
+        self._look_round()
+
+    @property
+    def discs(self) -> list[Disc]:
+        """The people and carts, as all see them and run into them."""
+        return self._crowd.discs
 
     def _advance(self) -> None:
         robots = self.robots.values()
+        self._move_crowd()
         for _ in range(STEPS_PER_TICK):
             for robot in robots:
                 robot.push()
@@ -252,8 +290,41 @@ class World:
             for robot in robots:
                 robot.feel()
         self.tick += 1
+        self._look_round()
         for robot in robots:
             robot.sense(self.tick)
+
+    def _move_crowd(self) -> None:
+        """Let people and carts move, and put those whom a robot might touch into the physics."""
+        bumped = {one for robot in self.robots.values() for one in robot.people_met.touched}
+        discs = self._robot_discs()
+        self._crowd.step(self.tick, discs, bumped)
+        close = {
+            number: disc
+            for number, disc in enumerate(self._crowd.discs)
+            if any(disc.gap(one.x, one.y, one.radius) < COMPANY for one in discs)
+        }
+        meet = any(
+            one.gap(two.x, two.y, two.radius) < COMPANY for one, two in combinations(discs, 2)
+        )
+        if close or meet or self._in_company:
+            self._physics.surround(close)
+        self._in_company = bool(close or meet)
+
+    def _look_round(self) -> None:
+        """Put before each robot's sensors what stands about: people, carts and other robots."""
+        for name, robot in self.robots.items():
+            others = [one.disc for other, one in self.robots.items() if other != name]
+            at = robot.state
+            rows = [
+                (disc.x, disc.y, disc.radius)
+                for disc in (*self._crowd.discs, *others)
+                if disc.gap(at.x, at.y, 0.0) < robot.sight
+            ]
+            robot.around = np.array(rows) if rows else None
+
+    def _robot_discs(self) -> list[Disc]:
+        return [robot.disc for robot in self.robots.values()]
 
     def _make_robot(self, name: str, rays: Rays) -> Robot:
         start = self._start()
@@ -283,9 +354,10 @@ class World:
         if self._doors.clearance(x, y) <= radius:
             return "a wall or a closed door is in the way"
         for name, other in self.robots.items():
-            apart = math.dist((x, y), (other.state.x, other.state.y))
-            if other is not moving and apart <= radius + other.profile.base.radius:
+            if other is not moving and other.disc.gap(x, y, radius) <= 0.0:
                 return f"{name} stands there"
+        if moving and any(disc.gap(x, y, radius) <= 0.0 for disc in self._crowd.discs):
+            return "somebody or something stands there"
         return None
 
     def _show_door(self, door: int) -> None:
@@ -296,8 +368,7 @@ class World:
             robot.see_door(door, is_open=is_open)
 
     def _is_blocked(self, door: int) -> bool:
-        for robot in self.robots.values():
-            distance = self._doors.distances(robot.state.x, robot.state.y)[door]
-            if distance < robot.profile.base.radius + DOOR_SWING:
-                return True
-        return False
+        return any(
+            self._doors.distances(disc.x, disc.y)[door] < disc.radius + DOOR_SWING
+            for disc in (*self._robot_discs(), *self._crowd.discs)
+        )

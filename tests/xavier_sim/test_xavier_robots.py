@@ -63,6 +63,8 @@ def test_first_robot_senses_the_same_noise_whether_alone_or_not():
     for name in NAMES[1:]:
         together.place_robot(*together.place_of("r-5411"), 0.0, robot=name)
         together.place_robot(*together.place_of("r-5415"), 0.0, robot="rogue")
+    for _ in range(4):  # until the whole ring has forgotten that the others stood there
+        alone.step(0.4, 0.1), together.step(0.4, 0.1)
     for _ in range(50):
         one, other = alone.step(0.4, 0.1), together.step(0.4, 0.1)
         assert np.array_equal(one.sonar, other.sonar)
@@ -77,7 +79,7 @@ def test_robots_do_not_share_noise():
     assert not np.array_equal(readings["xavier"].sonar, readings["yoda"].sonar)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(st.integers(0, 1000))
 def test_robots_never_stand_in_each_other(seed):
     world = crowded(seed)
@@ -87,7 +89,7 @@ def test_robots_never_stand_in_each_other(seed):
         assert all(world.truth(name).space for name in NAMES)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.integers(0, 200), st.integers(0, 1000))
 def test_restored_world_of_robots_goes_on_bit_for_bit(ticks, seed):
     straight, resumed = crowded(seed), World(PLAN, seed=0, robots=NAMES)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from tca_bus._frames import decode_frame, encode_frame
 from tca_bus._types import array_fields
-from xavier_sim.cli._app import ProfileName, open_world
+from xavier_sim.cli._worlds import ProfileName, WorldFlags, open_world
 from xavier_sim.floors import Geometry
 from xavier_sim.messages import (
     LIDAR_BEAMS,
@@ -210,9 +210,14 @@ def test_the_hard_ring_takes_half_a_second_to_go_round():
     assert sum(one.sonar_fresh for one in log) == (1 << SONAR_COUNT) - 1
 
 
+def opened(**flags):
+    world = WorldFlags(seed=1, rays="numpy", **flags)
+    return open_world(world, speed="max", data=None, epoch="1997-06-02T09:00")
+
+
 @pytest.mark.parametrize("name", get_args(ProfileName))
 def test_a_flag_names_the_robot_and_its_message_tells_all_that_it_senses(name):
-    state, _ = open_world("wean5", 1, "max", None, "1997-06-02T09:00", profile=name)
+    state, _ = opened(profile=name)
     sent = state.sensors()
     frame = encode_frame(sent, array_fields(Sensors))
     got = Sensors.model_validate(decode_frame(frame, Sensors.wire_name))
@@ -223,7 +228,7 @@ def test_a_flag_names_the_robot_and_its_message_tells_all_that_it_senses(name):
 
 
 def test_what_an_older_robot_says_is_understood():
-    state, _ = open_world("wean5", 1, "max", None, "1997-06-02T09:00")
+    state, _ = opened()
     old = state.sensors().model_dump(exclude={"striper", "lidar"})
     got = Sensors.model_validate(old)
     assert (len(got.striper), len(got.lidar)) == (0, 0)

@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from tca_bus import AwaitTime, ConfigError
-from xavier_sim.cli._app import open_world
+from xavier_sim.cli._worlds import WorldFlags, open_world
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Drive
 from xavier_sim.running import RobotState, SimClock, parse_speed
@@ -269,28 +269,32 @@ def test_snapshot_leaves_no_partial_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("flags", "says"),
+    ("world", "flags", "says"),
     [
-        ({"speed": "fast"}, "--speed is 'fast', expected a number above 0, or max"),
-        ({"seed": -1}, "--seed is -1, expected 0 or more"),
-        ({"epoch": "noon"}, "--epoch is 'noon', expected an ISO 8601 time"),
+        ({}, {"speed": "fast"}, "--speed is 'fast', expected a number above 0, or max"),
+        ({"seed": -1}, {}, "--seed is -1, expected 0 or more"),
+        ({"battery": 0.0}, {}, "--battery is 0.0, expected hours above 0"),
+        ({}, {"epoch": "noon"}, "--epoch is 'noon', expected an ISO 8601 time"),
     ],
 )
-def test_bad_flags(flags, says):
-    wanted = {"floor": "wean5", "seed": 0, "speed": "1", "data": None, "epoch": None, **flags}
+def test_bad_flags(world, flags, says):
+    wanted = {"speed": "1", "data": None, "epoch": None, **flags}
     with pytest.raises(ConfigError, match=says):
-        open_world(**wanted)
+        open_world(WorldFlags(rays="numpy", **world), **wanted)
 
 
 def test_world_is_opened_where_it_was_left(tmp_path):
-    wanted = {"floor": "wean5", "seed": 4, "speed": "max", "data": tmp_path}
-    state, store = open_world(**wanted, epoch="1997-06-02T09:00+00:00")
+    world = WorldFlags(seed=4, people_walking=2, carts=1, rays="numpy")
+    wanted = {"speed": "max", "data": tmp_path, "epoch": "1997-06-02T09:00+00:00"}
+    state, store = open_world(world, **wanted)
     assert state.now == 865242000.0
-    state.world.step(0.5, 0.0)
+    for _ in range(20):
+        state.world.step(0.5, 0.0)
     store.save(state.saved())
-    again, _ = open_world(**wanted, epoch="1997-06-02T09:00+00:00")
+    again, _ = open_world(world, **wanted)
     assert again.now > state.now
     assert again.world.truth().metres == state.world.truth().metres
+    assert again.world.discs == state.world.discs
 
 
 def test_world_comes_back_from_disk_bit_for_bit(tmp_path):

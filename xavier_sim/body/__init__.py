@@ -3,7 +3,9 @@
 from xavier_sim.body._base import clip_command, next_speed, next_turn_rate
 from xavier_sim.body._battery import Battery
 from xavier_sim.body._bumpers import Bumpers
+from xavier_sim.body._disc import Disc
 from xavier_sim.body._odometry import Odometry, wrap
+from xavier_sim.body._people_met import PeopleMet
 from xavier_sim.body._physics import BodyState, Contact, Physics, RobotBody
 
 __all__ = [
@@ -11,7 +13,9 @@ __all__ = [
     "BodyState",
     "Bumpers",
     "Contact",
+    "Disc",
     "Odometry",
+    "PeopleMet",
     "Physics",
     "RobotBody",
     "clip_command",

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pymunk
 from numpy.typing import NDArray
 
+from xavier_sim.body._disc import Disc
 from xavier_sim.floors import WALL_RADIUS, Geometry
 from xavier_sim.profile import PHYSICS_STEP, BaseProfile
 
-ROBOT, WALL = 1, 2
+ROBOT, WALL, DISC = 1, 2, 3
 OPEN = pymunk.ShapeFilter(categories=0, mask=0)
 SHUT = pymunk.ShapeFilter()
 
@@ -35,19 +38,30 @@ class BodyState:
         return self.vx * math.cos(self.theta) + self.vy * math.sin(self.theta)
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True)
 class Contact:
     """A touch during one step: its direction from the robot's centre, radians in the map frame.
 
-    ``depth`` is in metres; a touch that involves two robots is a contact of each.
+    ``depth`` is in metres, ``person`` the number of whoever was touched. A touch between two
+    robots is a contact of each.
     """
 
     direction: float
     depth: float
+    person: int | None = None
+
+
+class Touch(NamedTuple):
+    """What pymunk tells of a contact: unit normal, depth in metres, number of a disc or -1."""
+
+    nx: float
+    ny: float
+    depth: float
+    disc: int = -1
 
 
 class RobotBody:
-    """A disc with a heading, which `Physics` moves: the velocities it is given are kept a step."""
+    """A disc with a heading, which `Physics` moves; ``contacts`` are those of the last step."""
 
     def __init__(self, space: pymunk.Space, base: BaseProfile, start: BodyState) -> None:
         self._space = space
@@ -57,7 +71,8 @@ class RobotBody:
         self.shape.friction, self.shape.elasticity = FRICTION, 0.0
         self.shape.collision_type = ROBOT
         space.add(self._body, self.shape)
-        self.touches: list[tuple[float, float, float]] = []
+        self.touches: list[Touch] = []
+        self.contacts: list[Contact] = []
         self.state = start
 
     @property
@@ -75,26 +90,24 @@ class RobotBody:
         self._space.reindex_shapes_for_body(body)
 
     def push(self, speed: float, turn_rate: float) -> None:
-        """Set the velocities for the next step: m/s along the heading, rad/s."""
+        """Set the velocities for the next step, in which they last: m/s ahead, rad/s."""
         body = self._body
         heading = body.angle
         body.velocity = (speed * math.cos(heading), speed * math.sin(heading))
         body.angular_velocity = turn_rate
 
-    def contacts(self) -> list[Contact]:
-        """What was touched in the last step."""
-        return [Contact(math.atan2(ny, nx), depth) for nx, ny, depth in self.touches]
-
     def undo_overlap(self) -> None:
         """Move out of whatever was touched."""
         x, y = self._body.position
-        for nx, ny, depth in self.touches:
+        for nx, ny, depth, _ in self.touches:
             x, y = x - nx * depth, y - ny * depth
         self._body.position = (x, y)
 
 
 class Physics:
-    """Robots on a floor of static segments, and what they run into: walls and each other.
+    """Robots on a floor of static segments, and what they run into: walls, discs, each other.
+
+    A disc does not give way to a robot; whoever moves discs does so between two ticks.
 
     Between two steps pymunk keeps neither cached contacts (the robots' shapes are put in anew
     after a touch) nor pushing-out velocities (``collision_bias`` 1; overlap is undone here). So
@@ -109,12 +122,16 @@ class Physics:
         self._space.collision_slop = 0.0
         self._robots: dict[pymunk.Shape, RobotBody] = {}
         self._touched: list[RobotBody] = []
+        self._discs: dict[int, Disc] = {}
+        self._posts: dict[int, pymunk.Body] = {}
+        self._shapes: dict[int, pymunk.Circle] = {}
         self._add_walls(geometry.walls)
         self._doors = [self._segment(*row) for row in geometry.doors]
         for shape in self._doors:
             shape.filter = OPEN
         self._space.on_collision(ROBOT, WALL, pre_solve=self._met_wall)
         self._space.on_collision(ROBOT, ROBOT, pre_solve=self._met_robot)
+        self._space.on_collision(ROBOT, DISC, pre_solve=self._met_disc)
 
     def add_robot(self, base: BaseProfile, start: BodyState) -> RobotBody:
         """Put a robot on the floor."""
@@ -126,10 +143,23 @@ class Physics:
         """Open or shut a door; the shape stays in the space, so that its order never changes."""
         self._doors[index].filter = OPEN if is_open else SHUT
 
+    def surround(self, discs: Mapping[int, Disc]) -> None:
+        """Put discs on the floor, by their numbers, in place of those that are there."""
+        for number in self._discs:
+            self._space.remove(self._shapes[number])
+        self._discs = {}
+        self.forget()
+        for number, disc in discs.items():
+            if number not in self._shapes:
+                self._make_disc(number, disc.radius)
+            self._posts[number].position = (disc.x, disc.y)
+            self._space.add(self._shapes[number])
+        self._discs = dict(discs)
+
     def step(self) -> None:
         """Move for `PHYSICS_STEP` seconds; what was touched stands in each robot's contacts."""
         for robot in self._touched:
-            robot.touches = []
+            robot.touches, robot.contacts = [], []
         self._touched.clear()
         self._space.step(PHYSICS_STEP)
         if self._touched:
@@ -140,13 +170,15 @@ class Physics:
         for robot in self._touched:
             robot.touches.sort()
             robot.undo_overlap()
+            robot.contacts = [self._contact(touch) for touch in robot.touches]
         self.forget()
 
     def forget(self) -> None:
-        """Put the robots' shapes in anew, always in one order: pymunk then remembers nothing."""
-        for shape in self._robots:
+        """Put what moves in anew, always in one order: pymunk then remembers nothing."""
+        shapes = [*self._robots, *(self._shapes[number] for number in self._discs)]
+        for shape in shapes:
             self._space.remove(shape)
-        for shape in self._robots:
+        for shape in shapes:
             self._space.add(shape)
 
     def _met_wall(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
@@ -165,11 +197,37 @@ class Physics:
         self._touch(one, nx, ny, depth / 2)
         self._touch(other, -nx, -ny, depth / 2)
 
-    def _touch(self, shape: pymunk.Shape, nx: float, ny: float, depth: float) -> None:
+    def _met_disc(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        del space, data
+        one, other = arbiter.shapes
+        nx, ny, depth = _touch(arbiter)
+        if one.collision_type == ROBOT:
+            self._touch(one, nx, ny, depth, self._number(other))
+        else:
+            self._touch(other, -nx, -ny, depth, self._number(one))
+
+    def _touch(
+        self, shape: pymunk.Shape, nx: float, ny: float, depth: float, disc: int = -1
+    ) -> None:
         robot = self._robots[shape]
         if not robot.touches:
             self._touched.append(robot)
-        robot.touches.append((nx, ny, depth))
+        robot.touches.append(Touch(nx, ny, depth, disc))
+
+    def _contact(self, touch: Touch) -> Contact:
+        is_person = touch.disc in self._discs and self._discs[touch.disc].person
+        direction = math.atan2(touch.ny, touch.nx)
+        return Contact(direction, touch.depth, touch.disc if is_person else None)
+
+    def _number(self, shape: pymunk.Shape) -> int:
+        return next(number for number in self._discs if self._shapes[number] is shape)
+
+    def _make_disc(self, number: int, radius: float) -> None:
+        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        shape = pymunk.Circle(body, radius)
+        shape.friction, shape.elasticity, shape.collision_type = FRICTION, 0.0, DISC
+        self._space.add(body)
+        self._posts[number], self._shapes[number] = body, shape
 
     def _add_walls(self, walls: NDArray[np.float64]) -> None:
         for row in walls:

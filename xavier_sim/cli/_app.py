@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
-import time
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -24,58 +21,42 @@ from tca_bus.cli import (
 )
 from xavier_sim.cli._soak import soak
 from xavier_sim.cli._world import COMMANDS
-from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor, plan_to_yaml, survey_floor
+from xavier_sim.cli._worlds import DEFAULT_WORLD, WorldFlags, checked_seed, open_world
+from xavier_sim.floors import load_floor, plan_to_yaml, survey_floor
 from xavier_sim.office import Habits, Keyboard, RecordFile, SimulatedPeople, SpeechModule, Typist
-from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.recording import Beginning, Recorder, listening
-from xavier_sim.running import RobotModule, RobotState, SimClock, parse_speed
-from xavier_sim.sensors import Rays
-from xavier_sim.snapshots import SnapshotFile, write_atomically
-from xavier_sim.world import World
+from xavier_sim.running import RobotModule, RobotState
+from xavier_sim.snapshots import write_atomically
 
 app = make_app("xavier", help="The simulated robot, the office round it, and its speech board.")
 
 Share = Annotated[float, Parameter(validator=Number(gte=0.0, lte=1.0))]
 Data = Annotated[Path | None, Parameter(env_var="TCA_DATA")]
-ProfileName = Literal["hard", "modern", "xavier"]
-RaysFlag = Annotated[Rays, Parameter(env_var="XAVIER_RAYS")]
 
 
 @app.command
 async def run(
     *,
-    map: str = DEFAULT_FLOOR,  # noqa: A002 - the flag is --map
-    seed: int = 0,
     speed: str = "1",
-    profile: ProfileName = "xavier",
-    battery: float | None = None,
     data: Data = None,
     epoch: str | None = None,
-    rays: RaysFlag = "auto",
     record: Path | None = None,
+    world: WorldFlags = DEFAULT_WORLD,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the simulated robot until it is stopped.
 
     Args:
-        map: Floor plan: the name of a floor that comes with it, or a YAML file.
-        seed: Seed of all noise, 0 or more.
         speed: Simulated seconds per second, or "max" for lockstep with the driver.
-        profile: The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar.
-        battery: Hours that a full battery lasts standing, or half of them driving; it needs no
-            charging when not given.
         data: Folder to keep the world in, so that a restarted one goes on.
         epoch: Simulated time at the start, ISO 8601; now when not given.
-        rays: What casts the rays of the sensors: numba, the extra "fast", is quicker and the
-            same; auto takes it where it is installed.
         record: File to record into all that the robot senses and does, what the navigator
             believes, and the tasks; Foxglove shows it. A file of that name is replaced.
+        world: What world it is.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
-    state, store = open_world(
-        map, seed, speed, data, epoch, profile=profile, battery=battery, rays=rays
-    )
+    state, store = open_world(world, speed=speed, data=data, epoch=epoch)
     if record is None:
         await RobotModule(state, store, bus_options(flags)).run()
         return
@@ -114,7 +95,7 @@ async def speech(
         habits = Habits(
             silence=silence, silent_people=silent_people, away=away, missing_items=missing_items
         )
-        await module.run(SimulatedPeople(module, seed=_seed(seed), habits=habits))
+        await module.run(SimulatedPeople(module, seed=checked_seed(seed), habits=habits))
         return
     # A file of its own: the interpreter cannot end while a thread holds the lock of sys.stdin.
     async with Keyboard(os.fdopen(os.dup(0)), sys.stdout) as keyboard:
@@ -142,45 +123,12 @@ def survey(
     """
     if not 0.0 <= sigma <= 0.2:
         raise ConfigError("--sigma", sigma, "metres from 0 to 0.2")
-    surveyed = survey_floor(load_floor(floor), sigma=sigma, seed=_seed(seed))
+    surveyed = survey_floor(load_floor(floor), sigma=sigma, seed=checked_seed(seed))
     title = f"# {surveyed.name} as surveyed: walls and doors are off by about {sigma:g} m"
     note = "metres, x east, y north"
     write_atomically(output, f"{title}; {note}.\n{plan_to_yaml(surveyed)}")
     if flags.json:
         emit_json({"floor": surveyed.name, "sigma": sigma, "seed": seed, "output": str(output)})
-
-
-def open_world(
-    floor: str,
-    seed: int,
-    speed: str,
-    data: Path | None,
-    epoch: str | None,
-    *,
-    profile: ProfileName = "xavier",
-    battery: float | None = None,
-    rays: Rays = "numpy",
-) -> tuple[RobotState, SnapshotFile | None]:
-    """Make the world that the flags of ``xavier run`` name, or go on with the one in ``data``.
-
-    Raises:
-        ConfigError: a flag cannot be used.
-        FloorError: the floor plan is wrong.
-        SnapshotError: what lies in the data folder is no world of this floor.
-    """
-    pace = parse_speed(speed)
-    start = _epoch(epoch)
-    plan = load_floor(str(find_floor(floor)))
-    world = World(plan, _seed(seed), _with_battery(PROFILES[profile], battery), rays=rays)
-    state = RobotState(world, SimClock(start), speed=pace)
-    if data is None:
-        return state, None
-    store = SnapshotFile(data)
-    saved = store.load(floor=plan.name)
-    if saved is not None:
-        follows_wall = pace == 1.0 and epoch is None
-        state.restore(saved, at_least=start if follows_wall else 0.0)
-    return state, store
 
 
 def beginning_of(state: RobotState) -> Beginning:
@@ -193,31 +141,6 @@ def beginning_of(state: RobotState) -> Beginning:
         doors=tuple(state.door_states()),
         battery=state.battery_state(),
     )
-
-
-def _seed(seed: int) -> int:
-    if seed < 0:
-        raise ConfigError("--seed", seed, "0 or more")
-    return seed
-
-
-def _with_battery(profile: RobotProfile, hours: float | None) -> RobotProfile:
-    if hours is None:
-        return profile
-    if not 0.0 < hours < math.inf:
-        raise ConfigError("--battery", hours, "hours above 0")
-    seconds = 3600.0 * hours
-    battery = BatteryProfile(standing_seconds=seconds, metres=seconds * XAVIER_CRUISE)
-    return profile.model_copy(update={"battery": battery})
-
-
-def _epoch(text: str | None) -> float:
-    if text is None:
-        return time.time()
-    try:
-        return datetime.fromisoformat(text).timestamp()
-    except ValueError:
-        raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
 
 
 app.command(soak)

@@ -294,6 +294,7 @@ def _location_rows(truth: TrueLocation) -> list[tuple[str, str]]:
         ("theta", f"{truth.theta:.3f} rad"),
         ("driven", f"{truth.metres:.1f} m"),
         ("bumps", str(truth.bumps)),
+        ("people touched", f"{truth.people_touched}, {truth.people_hit} of them hit"),
     ]
 
 

@@ -5,9 +5,11 @@ from xavier_sim.floors._floor import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.floors._floor_checks import FloorError
 from xavier_sim.floors._geometry import (
     WALL_RADIUS,
+    Edge,
     Geometry,
     build_geometry,
     door_room,
+    segment_distances,
     shared_edges,
     space_at,
 )
@@ -17,6 +19,7 @@ __all__ = [
     "DEFAULT_FLOOR",
     "WALL_RADIUS",
     "Doors",
+    "Edge",
     "FloorError",
     "Geometry",
     "UnknownDoorError",
@@ -25,6 +28,7 @@ __all__ = [
     "find_floor",
     "load_floor",
     "plan_to_yaml",
+    "segment_distances",
     "shared_edges",
     "space_at",
     "survey_floor",

@@ -113,7 +113,8 @@ class TrueLocation(BaseModel):
 
     ``room`` is the room in or before whose door it stands, if any. ``metres`` is the distance
     driven since the world began, ``bumps`` the number of contacts, ``time`` simulated seconds
-    since the epoch.
+    since the epoch. ``people_touched`` counts the contacts with people, ``people_hit`` those in
+    which the robot came towards them faster than 0.1 m/s, ``hardest_hit`` is the fastest, m/s.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -127,6 +128,9 @@ class TrueLocation(BaseModel):
     bumps: int
     tick: int
     time: float
+    people_touched: int = 0
+    people_hit: int = 0
+    hardest_hit: float = 0.0
 
 
 class WhereReally(Query[TrueLocation]):

@@ -101,6 +101,9 @@ class RobotState:
             bumps=truth.bumps,
             tick=truth.tick,
             time=self.now,
+            people_touched=truth.people_touched,
+            people_hit=truth.people_hit,
+            hardest_hit=truth.hardest_hit,
         )
 
     def door_states(self) -> list[DoorState]:

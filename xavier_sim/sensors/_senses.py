@@ -62,7 +62,8 @@ class Senses:
         self, profile: RobotProfile, geometry: Geometry, seed: int, *, rays: Rays = "numpy"
     ) -> None:
         segments = np.concatenate([geometry.walls, geometry.doors])
-        self.caster = make_caster(rays, segments, _reach(profile))
+        self.reach = _reach(profile)
+        self.caster = make_caster(rays, segments, self.reach)
         self._first_door = len(geometry.walls)
         for door in range(len(geometry.doors)):
             self.see_door(door, is_open=True)

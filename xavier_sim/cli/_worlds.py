@@ -1,0 +1,119 @@
+"""What world ``xavier run`` shows: its flags, and how it is made or gone on with."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Group, Parameter
+from cyclopts.validators import Number
+
+from tca_bus import ConfigError
+from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor
+from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
+from xavier_sim.running import RobotState, SimClock, parse_speed
+from xavier_sim.sensors import Rays
+from xavier_sim.snapshots import SnapshotFile
+from xavier_sim.world import World
+
+WORLD_GROUP = Group("World", sort_key=10)
+
+ProfileName = Literal["hard", "modern", "xavier"]
+Count = Annotated[int, Parameter(validator=Number(gte=0, lte=200))]
+
+
+@Parameter(name="*", group=WORLD_GROUP)
+@dataclass(frozen=True, kw_only=True)
+class WorldFlags:
+    """What makes a world: the same flags and commands give the same readings, bit for bit."""
+
+    map: str = DEFAULT_FLOOR
+    """Floor plan: the name of a floor that comes with it, or a YAML file."""
+    seed: int = 0
+    """Seed of all noise and of all that people do in the corridors, 0 or more."""
+    profile: ProfileName = "xavier"
+    """The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar."""
+    battery: float | None = None
+    """Hours that a full battery lasts standing, or half of them driving; it needs no charging
+    when not given."""
+    people_walking: Count = 0
+    """How many people walk the corridors and stand about in them."""
+    carts: Count = 0
+    """How many carts stand in the corridors, now here, now there."""
+    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "auto"
+    """What casts the rays of the sensors: numba, the extra "fast", is quicker and the same; auto
+    takes it where it is installed."""
+
+
+DEFAULT_WORLD = WorldFlags()
+
+
+def open_world(
+    flags: WorldFlags, *, speed: str, data: Path | None, epoch: str | None
+) -> tuple[RobotState, SnapshotFile | None]:
+    """Make the world that flags name, or go on with the one in ``data``.
+
+    Raises:
+        ConfigError: a flag cannot be used.
+        FloorError: the floor plan is wrong.
+        NoRoomError: the floor has no room for so many people or carts.
+        SnapshotError: what lies in the data folder is no world of this floor.
+    """
+    pace = parse_speed(speed)
+    start = _epoch(epoch)
+    world = make_world(flags)
+    state = RobotState(world, SimClock(start), speed=pace)
+    if data is None:
+        return state, None
+    store = SnapshotFile(data)
+    saved = store.load(floor=world.plan.name)
+    if saved is not None:
+        follows_wall = pace == 1.0 and epoch is None
+        state.restore(saved, at_least=start if follows_wall else 0.0)
+    return state, store
+
+
+def make_world(flags: WorldFlags) -> World:
+    """A fresh world as the flags name it."""
+    return World(
+        load_floor(str(find_floor(flags.map))),
+        checked_seed(flags.seed),
+        _with_battery(PROFILES[flags.profile], flags.battery),
+        people=flags.people_walking,
+        carts=flags.carts,
+        rays=flags.rays,
+    )
+
+
+def checked_seed(seed: int) -> int:
+    """A seed that can be used.
+
+    Raises:
+        ConfigError: it is negative.
+    """
+    if seed < 0:
+        raise ConfigError("--seed", seed, "0 or more")
+    return seed
+
+
+def _with_battery(profile: RobotProfile, hours: float | None) -> RobotProfile:
+    if hours is None:
+        return profile
+    if not 0.0 < hours < math.inf:
+        raise ConfigError("--battery", hours, "hours above 0")
+    seconds = 3600.0 * hours
+    battery = BatteryProfile(standing_seconds=seconds, metres=seconds * XAVIER_CRUISE)
+    return profile.model_copy(update={"battery": battery})
+
+
+def _epoch(text: str | None) -> float:
+    if text is None:
+        return time.time()
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except ValueError:
+        raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
