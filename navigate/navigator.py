@@ -165,6 +165,10 @@ class Navigator:
             if room in {door.name, *door.spaces}:
                 self.memory.opened(door.name)
 
+    def forget_after(self, time: float) -> None:
+        """Forget what was found in the way after a time, in seconds: the clock was set back."""
+        self.memory.forget_since(time)
+
     def set_position(self, room: str) -> Position:
         """Believe to be at ``room``, as somebody said who sees the robot there.
 

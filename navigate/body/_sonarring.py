@@ -39,6 +39,8 @@ def fault_of(sensors: Sensors) -> str | None:
     """What makes a reading useless, as a sentence; None when it is sound."""
     if sensors.sonar.shape != (SONAR_COUNT,):
         return f"sonar has {len(sensors.sonar)} readings, expected {SONAR_COUNT}"
+    if np.isnan(sensors.sonar).all():
+        return f"sonar has no number among its {SONAR_COUNT} readings"
     if sensors.odom.shape != (3,) or not np.isfinite(sensors.odom).all():
         return f"odom is {sensors.odom.tolist()}, expected three finite numbers"
     if not math.isfinite(sensors.time):

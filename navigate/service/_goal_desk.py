@@ -16,7 +16,7 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.routes import show_point
-from navigate.service._helm import Helm
+from navigate.service._helm import SENSOR_SECONDS, Helm
 from navigate.service._telling import Teller
 from tca_bus import Context, Module, TaskContext, TaskError
 
@@ -29,33 +29,58 @@ class GoalDesk:
     def __init__(self, navigator: Navigator, module: Module, helm: Helm, teller: Teller) -> None:
         self._navigator, self._helm, self._teller = navigator, helm, teller
         self._errand: Drive | None = None
-        self._ended, self._stopped_by = asyncio.Event(), ""
+        self._ended, self._stopped_by, self._task = asyncio.Event(), "", ""
         module.serve(NavigateToGoal, self._on_goal)
         module.serve(StopDriving, self._on_stop)
 
-    def stepped(self) -> None:
-        """The navigator took in a reading: the drive may have ended."""
-        if self._errand is not None and self._errand.done:
+    def stepped(self, *, leapt: bool) -> None:
+        """The navigator took in a reading: the drive may have ended.
+
+        After a leap in time it begins anew, since its timers mean nothing any more.
+        """
+        if self._errand is None:
+            return
+        if self._errand.done:
             self._ended.set()
+        elif leapt and self._helm.sensors is not None:
+            log.warning("begins the drive to %s anew", self._name(self._errand.goal))
+            self._errand = self._navigator.start(self._errand.goal, self._helm.sensors)
+            self._teller.began(self._errand, self._task)
 
     async def _on_goal(self, goal: NavigateToGoal, context: TaskContext) -> NavigationReport:
         sensors = await self._helm.first_sensors()
         point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
         self._ended.clear()
         self._stopped_by = ""
+        self._task = context.id
         self._errand = errand = self._navigator.start(point, sensors)
         self._teller.began(errand, context.id)
         log.info("drives to %s", self._name(point))
         try:
             if not errand.done:
                 await self._helm.answer(sensors)
-                await self._ended.wait()
+                errand = await self._until_ended()
         finally:
             self._errand = None
             await self._helm.stop()
             await self._teller.ended()
         await self._helm.until_told()
         return self._ending(errand, point)
+
+    async def _until_ended(self) -> Drive:
+        """Wait for the end of the drive under way; gives it.
+
+        Raises:
+            TaskError: ``lost``, the robot says nothing any more.
+        """
+        while not self._ended.is_set():
+            try:
+                async with asyncio.timeout(SENSOR_SECONDS):
+                    await self._ended.wait()
+            except TimeoutError:
+                self._helm.check_heard()
+        assert self._errand is not None
+        return self._errand
 
     async def _on_stop(self, _query: StopDriving, context: Context) -> Position:
         driving = self._errand is not None and not self._errand.done

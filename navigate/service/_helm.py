@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Awaitable, Callable
 
-from navigate.body import fault_of
 from navigate.driving import STOP, Wheels, must_stop
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
+from navigate.service._intake import Intake, Judgement, Kind
 from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError, TaskError
 from xavier_sim.messages import DoorMoved, Drive, Sensors
 
@@ -28,16 +29,19 @@ class Helm:
     Args:
         navigator: what decides.
         module: that hears the robot.
-        stepped: called after the navigator took in a reading.
+        stepped: called after the navigator took in a reading; told whether time leapt before.
     """
 
     def __init__(
-        self, navigator: Navigator, module: Module, stepped: Callable[[], Awaitable[None]]
+        self, navigator: Navigator, module: Module, stepped: Callable[[bool], Awaitable[None]]
     ) -> None:
         self._navigator, self._module, self._stepped = navigator, module, stepped
         self.sensors: Sensors | None = None
         self._heard = asyncio.Event()
-        self._unheard, self._faults = 0, 0
+        self._heard_at = 0.0
+        self._unheard = 0
+        self._intake = Intake()
+        self._amiss: str | None = None
         module.serve(Sensors, self._on_sensors)
         module.serve(DoorMoved, self._on_door_moved)
 
@@ -51,10 +55,18 @@ class Helm:
             async with asyncio.timeout(SENSOR_SECONDS):
                 await self._heard.wait()
         except TimeoutError as error:
-            text = f"the robot has sent no sensor readings for {SENSOR_SECONDS:.0f} s"
-            raise TaskError(NavigationFailure.LOST, text) from error
+            raise _silent() from error
         assert self.sensors is not None
         return self.sensors
+
+    def check_heard(self) -> None:
+        """Make sure that the robot still sends readings.
+
+        Raises:
+            TaskError: ``lost``, it has sent none of use for `SENSOR_SECONDS`.
+        """
+        if time.monotonic() - self._heard_at >= SENSOR_SECONDS:
+            raise _silent()
 
     async def stop(self) -> None:
         """Give up the goal, stand, and say so to the robot at once."""
@@ -97,17 +109,33 @@ class Helm:
             log.warning("nobody tells the time of tick %d", sensors.tick)
 
     async def _on_sensors(self, sensors: Sensors, _context: Context) -> None:
-        if fault := fault_of(sensors):
-            await self._refuse(sensors, fault)
-            return
-        self._faults = 0
-        last, self.sensors = self.sensors, sensors
-        if last is None or (sensors.tick, sensors.time) != (last.tick, last.time):
-            await self._stop_first(sensors)
-            self._navigator.step(sensors)
-            self._heard.set()
-            await self._stepped()
+        judged = self._intake.judge(sensors)
+        self._say(sensors, judged)
+        match judged.kind:
+            case Kind.LATE:
+                return
+            case Kind.USELESS:
+                self._navigator.wheels = STOP
+            case Kind.NEW | Kind.LEAPT:
+                await self._take_in(sensors, leapt=judged.kind is Kind.LEAPT)
         await self.answer(sensors)
+
+    async def _take_in(self, sensors: Sensors, *, leapt: bool) -> None:
+        self.sensors, self._heard_at = sensors, time.monotonic()
+        await self._stop_first(sensors)
+        if leapt:
+            self._navigator.forget_after(sensors.time)
+        self._navigator.step(sensors)
+        self._heard.set()
+        await self._stepped(leapt)
+
+    def _say(self, sensors: Sensors, judged: Judgement) -> None:
+        """Say once what is amiss, until readings are sound again."""
+        if judged.word is None:
+            self._amiss = None
+        elif judged.word != self._amiss:
+            log.warning("sensors of tick %d: %s", sensors.tick, judged.word)
+            self._amiss = judged.word
 
     async def _stop_first(self, sensors: Sensors) -> None:
         """Stop before thinking, where the robot is about to drive into something.
@@ -117,14 +145,11 @@ class Helm:
         if not sensors.lockstep and must_stop(self._navigator.wheels, sensors):
             await self._command(sensors, STOP)
 
-    async def _refuse(self, sensors: Sensors, fault: str) -> None:
-        """Stand still on readings that are useless, and say so once."""
-        self._faults += 1
-        if self._faults == 1:
-            log.warning("sensors of tick %d are of no use: %s", sensors.tick, fault)
-        self._navigator.wheels = STOP
-        await self.answer(sensors)
-
     async def _on_door_moved(self, moved: DoorMoved, _context: Context) -> None:
         if moved.open:
             self._navigator.hear_opened(moved.room)
+
+
+def _silent() -> TaskError:
+    text = f"the robot has sent no sensor readings of use for {SENSOR_SECONDS:.0f} s"
+    return TaskError(NavigationFailure.LOST, text)

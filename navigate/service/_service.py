@@ -50,6 +50,6 @@ class NavigateService:
     def _has_sensed(self) -> bool:
         return self._helm.sensors is not None
 
-    async def _stepped(self) -> None:
-        self._goals.stepped()
+    async def _stepped(self, leapt: bool) -> None:
+        self._goals.stepped(leapt=leapt)
         await self._teller.stepped()

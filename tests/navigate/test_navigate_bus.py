@@ -96,7 +96,6 @@ async def test_a_drive_can_be_stopped_past_the_task_tree():
 
 
 SOUND = {
-    "time": 1.0,
     "period": 0.1,
     "lockstep": True,
     "sonar": [1.0, math.nan, -1.0] + [2.0] * 21,
@@ -110,7 +109,13 @@ SOUND = {
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"sonar": [1.0] * 23}, {"odom": [0.0, 0.0]}, {"odom": [0.0, math.nan, 0.0]}],
+    [
+        {"sonar": [1.0] * 23},
+        {"sonar": [math.nan] * 24},
+        {"odom": [0.0, 0.0]},
+        {"odom": [0.0, math.nan, 0.0]},
+        {"time": math.inf},
+    ],
 )
 async def test_useless_sensors_stop_the_wheels_and_nothing_else(wrong):
     answers = asyncio.Queue()
@@ -126,7 +131,9 @@ async def test_useless_sensors_stop_the_wheels_and_nothing_else(wrong):
             await robot.wait_for(NavigateToGoal, timeout=10)
             await service.module.wait_for(Drive, timeout=10)
             for tick, fields in enumerate((wrong, {}, wrong, {})):
-                await robot.broadcast(Sensors.model_validate({**SOUND, **fields, "tick": tick}))
+                await robot.broadcast_json("xavierSensors", {"tick": -1, "time": "noon"})
+                sound = {**SOUND, "tick": tick, "time": 1000.0 + tick / 10}
+                await robot.broadcast(Sensors.model_validate({**sound, **fields}))
                 async with asyncio.timeout(10):
                     drive = await answers.get()
                 assert (drive.tick, drive.speed, drive.busy) == (tick, 0.0, False)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
+import logging
+import math
 from contextlib import asynccontextmanager
 
 import pytest
@@ -322,3 +324,23 @@ async def test_door_is_on_disk_soon_and_the_world_at_the_end(tmp_path):
 def is_shut(store):
     saved = store.load(floor=PLAN.name)
     return saved is not None and not saved.world["doors"]["d-5313"]
+
+
+@pytest.mark.parametrize("speed", [math.nan, math.inf, -math.inf, 100.0, "fast"])
+async def test_an_absurd_command_moves_nothing_and_is_told_once(speed, caplog):
+    async with (
+        bus() as options,
+        robot(options, speed=20.0) as state,
+        Module("navigate", options=options) as driver,
+    ):
+        await driver.wait_for(Drive, timeout=10)
+        with caplog.at_level(logging.WARNING):
+            for tick in range(3):
+                fields = {"tick": tick, "speed": speed, "turn_rate": 0.0, "busy": True}
+                await driver.inform_json("xavierDrive", fields)
+            begun = state.world.tick
+            await eventually(lambda: state.world.tick > begun + 10)
+        assert state.world.truth().metres == 0.0
+    words = [text for text in caplog.messages if "xavierDrive" in text]
+    assert len(words) == 1
+    assert "speed: " in words[0]

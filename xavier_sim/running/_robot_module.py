@@ -233,8 +233,11 @@ class RobotModule:
                 self._bell.set()
 
     async def _on_drive(self, drive: Drive, context: Context) -> None:
-        if self._driver.hear(drive, context.sender, self._state.world.tick):
+        tick = self._state.world.tick
+        if self._driver.hear(drive, context.sender, tick):
             self._bell.set()
+        elif self._driver.ignored == 1:
+            log.warning("command of %s for tick %d ignored at %d", context.sender, drive.tick, tick)
 
     async def _on_await_time(self, demand: AwaitTime, _context: Context) -> None:
         now, wall = self._state.now, time.monotonic()

@@ -1,0 +1,167 @@
+"""Sensor readings that are doubled, late, missing, useless, or of another time."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import logging
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from navigate_office import running
+
+from navigate.maps import Floor, load_plan
+from navigate.messages import NavigateToGoal, WhereAmI
+from navigate.navigator import Navigator
+from navigate.service import NavigateService, _helm
+from navigate.service._intake import Intake, Kind
+from tca_bus import InvalidMessageError, Module, TaskFailedError
+from tca_bus.testing import bus, central, eventually
+from xavier_sim.messages import SONAR_COUNT, Drive, Sensors
+
+
+def reading(tick, time=None, *, lockstep=False, sonar=SONAR_COUNT):
+    return Sensors.model_construct(
+        tick=tick,
+        time=1000.0 + tick / 10 if time is None else time,
+        period=0.1,
+        lockstep=lockstep,
+        sonar=np.full(sonar, 5.0, dtype=np.float32),
+        sonar_fresh=(1 << SONAR_COUNT) - 1,
+        odom=np.zeros(3, dtype=np.float32),
+        speed=0.0,
+        turn_rate=0.0,
+        bump=0,
+    )
+
+
+def judged(*readings):
+    intake = Intake()
+    return [intake.judge(one) for one in readings]
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=30))
+def test_readings_in_order_are_new_and_doubled_ones_are_not(steps):
+    ticks = list(itertools.accumulate(steps))
+    kinds = [one.kind for one in judged(*(reading(tick) for tick in ticks))]
+    assert kinds[0] is Kind.NEW
+    expected = [Kind.NEW if step else Kind.AGAIN for step in steps[1:]]
+    assert kinds[1:] == expected
+
+
+@given(st.permutations(range(3)))
+def test_stragglers_change_nothing(order):
+    late = [judgement.kind for judgement in judged(reading(9), *map(reading, order))[1:3]]
+    assert late == [Kind.LATE, Kind.LATE]
+    intake = Intake()
+    for tick in (9, *sorted(order, reverse=True), 10):
+        last = intake.judge(reading(tick))
+    assert last.kind is Kind.NEW
+
+
+@pytest.mark.parametrize(
+    ("readings", "kind", "word"),
+    [
+        ([reading(1), reading(2, 1000.1)], Kind.USELESS, "time stands still at 1000.1 s"),
+        ([reading(1), reading(2, 4600.0)], Kind.LEAPT, "time has jumped by +3599.9 s"),
+        ([reading(500), reading(501, 900.0)], Kind.LEAPT, "time has jumped by -150.0 s"),
+        ([reading(500), *map(reading, (3, 4, 5))], Kind.LEAPT, "time has jumped by -49.5 s"),
+        ([reading(500), reading(0, lockstep=True)], Kind.LEAPT, "time has jumped by -50.0 s"),
+        ([reading(1), reading(9)], Kind.NEW, "7 readings before it are missing"),
+        ([reading(1), reading(4)], Kind.NEW, None),
+        ([reading(500), reading(0, 1060.0)], Kind.NEW, None),
+        ([reading(1), reading(700)], Kind.NEW, "698 readings before it are missing"),
+        ([reading(1, sonar=23)], Kind.USELESS, "sonar has 23 readings, expected 24"),
+    ],
+)
+def test_what_is_amiss_has_a_name_and_a_word(readings, kind, word):
+    last = judged(*readings)[-1]
+    assert (last.kind, last.word) == (kind, word)
+
+
+class Robot:
+    """Sends readings over a bus by hand, and keeps the commands that come back."""
+
+    def __init__(self, options):
+        self.module = Module("robot", options=options)
+        self.module.serve(Drive, self.take)
+        self.heard = asyncio.Queue()
+
+    async def take(self, drive, _context):
+        self.heard.put_nowait(drive)
+
+    async def send(self, one):
+        """Send a reading; gives the command that answers it."""
+        await self.module.broadcast(one)
+        async with asyncio.timeout(10):
+            while (drive := await self.heard.get()).tick != one.tick:
+                pass
+        return drive
+
+
+@pytest.mark.bus
+async def test_a_leap_in_time_begins_the_drive_anew_and_is_told_once(caplog):
+    async with bus() as options, central(options):
+        navigator = Navigator(Floor(load_plan()))
+        service, robot = NavigateService(navigator, options), Robot(options)
+        async with robot.module, running(service.run()):
+            await robot.module.wait_for(NavigateToGoal, timeout=10)
+            await service.module.wait_for(Drive, timeout=10)
+            await robot.send(reading(1))
+            goal = NavigateToGoal(x=2187.0, y=7000.0)
+            handle = await robot.module.expand(goal, wait_for_handler=10)
+            await eventually(lambda: navigator.busy)
+            first = navigator.driver.drive
+            assert (await robot.send(reading(2))).busy
+            with caplog.at_level(logging.WARNING, "navigate"):
+                for tick in (3, 4):
+                    stopped = await robot.send(reading(tick, 1000.2))
+                    assert (stopped.speed, stopped.turn_rate) == (0.0, 0.0)
+                await robot.send(reading(5, 400.0))
+                await robot.send(reading(6, 400.1))
+            assert navigator.driver.drive is not first
+            assert navigator.driver.drive.began == 400.0
+            assert navigator.busy
+            await handle.kill("enough")
+    words = [record.getMessage() for record in caplog.records]
+    assert sum("time stands still at 1000.2 s" in word for word in words) == 1
+    assert sum("time has jumped by -600.2 s" in word for word in words) == 1
+
+
+@pytest.mark.bus
+async def test_a_robot_that_falls_silent_ends_the_drive(monkeypatch):
+    monkeypatch.setattr(_helm, "SENSOR_SECONDS", 0.3)
+    monkeypatch.setattr("navigate.service._goal_desk.SENSOR_SECONDS", 0.1)
+    async with bus() as options, central(options):
+        service, robot = NavigateService(Navigator(Floor(load_plan())), options), Robot(options)
+        async with robot.module, running(service.run()):
+            await robot.module.wait_for(NavigateToGoal, timeout=10)
+            await service.module.wait_for(Drive, timeout=10)
+            await robot.send(reading(1))
+            goal = NavigateToGoal(x=2187.0, y=7000.0)
+            handle = await robot.module.expand(goal, wait_for_handler=10)
+            with pytest.raises(TaskFailedError, match="no sensor readings") as caught:
+                await handle.result(timeout=20)
+            assert caught.value.failure.name == "lost"
+            assert (await robot.module.query(WhereAmI())).time == reading(1).time
+
+
+async def drive_to(module, x):
+    handle = await module.submit_json(
+        "navigateToG", {"x": x, "y": 0.0}, task_class="goal", wait_for_handler=10
+    )
+    await handle.result(timeout=10)
+
+
+@pytest.mark.parametrize("where", ["NaN", "Infinity", "-Infinity", "1e999", "north"])
+@pytest.mark.bus
+async def test_a_goal_that_is_no_place_is_refused_by_its_field(where):
+    async with bus() as options, central(options):
+        service = NavigateService(Navigator(Floor(load_plan())), options)
+        asker = Module("asker", options=options)
+        async with asker, running(service.run()):
+            await asker.wait_for(NavigateToGoal, timeout=10)
+            with pytest.raises((InvalidMessageError, TaskFailedError), match="x: "):
+                await drive_to(asker, where)
