@@ -18,7 +18,8 @@ from navigate.maps import Floats, Floor
 CELL = 0.1
 """Metres."""
 
-TILE = 8
+TILE_BITS = 3
+TILE = 1 << TILE_BITS
 """Cells along a side of a tile."""
 
 DIRECTIONS = 72
@@ -36,8 +37,13 @@ FAR = 1e6
 CAPACITY = 3072
 """Tiles kept, 18 kilobytes each; the oldest is dropped for a new one. A whole floor fits."""
 
-Halves = NDArray[np.float16]
+MILLIMETRE = 0.001
+HALF, LOWER = 16, 0xFFFF
+
+Pairs = NDArray[np.uint32]
+"""Two ranges in millimetres: with open doors in the lower half, with shut ones in the upper."""
 Singles = NDArray[np.float32]
+Indices = NDArray[np.intp]
 
 
 class ExpectedRanges:
@@ -50,9 +56,11 @@ class ExpectedRanges:
         highs = np.array([(space.high.x, space.high.y) for space in floor.plan.spaces])
         self._origin = lows.min(axis=0) - 1.0
         size = np.ceil((highs.max(axis=0) + 1.0 - self._origin) / (CELL * TILE)).astype(int)
-        self._slots = np.full(tuple(size), -1, dtype=np.int32)
+        self._slots = np.full(tuple(size), -1, dtype=np.intp)
         cells = TILE * TILE
-        self._table: Halves = np.zeros((capacity, cells, DIRECTIONS, 2), dtype=np.float16)
+        self._table: Pairs = np.zeros((capacity, cells * DIRECTIONS), dtype=np.uint32)
+        self._pairs = self._table.reshape(-1)
+        self._most = (size * TILE - 1).astype(np.float64)
         self._owners: list[tuple[int, int] | None] = [None] * capacity
         self._next = 0
         self.filled = 0
@@ -68,21 +76,27 @@ class ExpectedRanges:
         Returns:
             Ranges with open doors and with shut doors, metres up to `REACH`, of that shape.
         """
-        column = np.floor((x - self._origin[0]) * (1.0 / CELL)).astype(np.int64)
-        row = np.floor((y - self._origin[1]) * (1.0 / CELL)).astype(np.int64)
-        np.clip(column, 0, self._slots.shape[0] * TILE - 1, out=column)
-        np.clip(row, 0, self._slots.shape[1] * TILE - 1, out=row)
-        look = np.rint(direction * (DIRECTIONS / (2.0 * math.pi))).astype(np.int64) % DIRECTIONS
-        slots = self._slots[column // TILE, row // TILE]
+        column = ((x - self._origin[0]) * (1.0 / CELL)).clip(0.0, self._most[0]).astype(np.intp)
+        row = ((y - self._origin[1]) * (1.0 / CELL)).clip(0.0, self._most[1]).astype(np.intp)
+        look = np.rint(direction * (DIRECTIONS / (2.0 * math.pi))).astype(np.intp)
+        look %= DIRECTIONS
+        tiles = (column >> TILE_BITS) * self._slots.shape[1] + (row >> TILE_BITS)
+        slots = self._slots.ravel().take(tiles)
         if slots.min(initial=0) < 0:
-            self._fill_missing(column // TILE, row // TILE)
-            slots = self._slots[column // TILE, row // TILE]
-        found = self._table[slots, (column % TILE) * TILE + row % TILE, look].astype(np.float64)
-        return found[..., 0], found[..., 1]
+            self._fill_missing(tiles)
+            slots = self._slots.ravel().take(tiles)
+        slots <<= TILE_BITS
+        slots += column & (TILE - 1)
+        slots <<= TILE_BITS
+        slots += row & (TILE - 1)
+        slots *= DIRECTIONS
+        slots += look
+        found = self._pairs.take(slots)
+        return (found & LOWER) * MILLIMETRE, (found >> HALF) * MILLIMETRE
 
-    def _fill_missing(self, columns: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
-        wanted = set(zip(columns.ravel().tolist(), rows.ravel().tolist(), strict=True))
-        for tile in sorted(wanted):
+    def _fill_missing(self, tiles: Indices) -> None:
+        for number in np.unique(tiles).tolist():
+            tile = divmod(number, self._slots.shape[1])
             if self._slots[tile] < 0:
                 self._fill(tile)
 
@@ -95,8 +109,8 @@ class ExpectedRanges:
         xs, ys = corner[0] + middles, corner[1] + middles
         open_doors = self._walls.ranges(xs, ys)
         shut_doors = np.minimum(open_doors, self._doors.ranges(xs, ys))
-        self._table[slot, :, :, 0] = _cones(open_doors)
-        self._table[slot, :, :, 1] = _cones(shut_doors)
+        lower, upper = _millimetres(_cones(open_doors)), _millimetres(_cones(shut_doors))
+        self._table[slot] = (lower | upper << HALF).ravel()
         self._slots[tile], self._owners[slot] = slot, tile
         self.filled += 1
 
@@ -155,6 +169,10 @@ def _around(lines: Floats, across: Floats, along: Floats) -> Floats:
     keep = (lines[:, 0] > across[0] - REACH) & (lines[:, 0] < across[-1] + REACH)
     keep &= (lines[:, 1] < along[-1] + REACH) & (lines[:, 2] > along[0] - REACH)
     return np.asarray(lines[keep])
+
+
+def _millimetres(ranges: Singles) -> Pairs:
+    return np.asarray(np.rint(ranges / MILLIMETRE), dtype=np.uint32)
 
 
 def _cones(rays: Singles) -> Singles:

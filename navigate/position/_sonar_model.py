@@ -30,15 +30,19 @@ class SonarModel:
         self, x: Floats, y: Floats, theta: Floats, ranges: Floats, bearings: Floats
     ) -> Floats:
         """Log likelihoods of readings, summed for each of n poses: shape (n,)."""
-        look = theta[:, None] + bearings
-        opened, shut = self._expected.at(
-            x[:, None] + RING_RADIUS * np.cos(look), y[:, None] + RING_RADIUS * np.sin(look), look
+        aside, ahead = (
+            RING_RADIUS * np.sin(bearings[:, None]),
+            RING_RADIUS * np.cos(bearings[:, None]),
         )
-        seen = np.minimum(ranges, REACH)
+        cos, sin = np.cos(theta), np.sin(theta)
+        opened, shut = self._expected.at(
+            x + cos * ahead - sin * aside, y + sin * ahead + cos * aside, theta + bearings[:, None]
+        )
+        seen = np.minimum(ranges, REACH)[:, None]
         scale = -0.5 / (RANGE_SIGMA + 0.02 * seen) ** 2
         fit = OPEN_SHARE * np.exp(scale * (seen - opened) ** 2)
         fit += SHUT_SHARE * np.exp(scale * (seen - shut) ** 2)
-        return np.asarray(np.log(fit + STRAY_SHARE * 0.2).sum(axis=1))
+        return np.asarray(np.log(np.multiply.reduce(fit + STRAY_SHARE * 0.2, axis=0)))
 
     def agreeing(self, pose: Pose, ranges: Floats, bearings: Floats) -> Floats:
         """1.0 for each reading that speaks for ``pose``, 0.0 for the others."""
