@@ -1,6 +1,6 @@
 """The ``rogue`` command."""
 
-from tca_bus.cli import make_app, run_app
+from tca_bus.cli import add_commands, make_app, run_app
 
 __all__ = ["app", "main"]
 
@@ -39,8 +39,7 @@ COMMANDS = {
 """Where each command is and what it does; only the one that is called is imported."""
 
 app = make_app("rogue", help="ROGUE plans errands for many users and has Xavier run them.")
-for name, (place, summary) in COMMANDS.items():
-    app.command(f"rogue.cli.{place}", name=name, help=summary)
+add_commands(app, "rogue.cli", COMMANDS)
 
 
 def main() -> None:

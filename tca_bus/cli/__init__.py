@@ -1,6 +1,6 @@
 """What every command line of the house shares: flags, running, errors, tables."""
 
-from tca_bus.cli._app import make_app
+from tca_bus.cli._app import add_commands, make_app
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags, bus_options
 from tca_bus.cli._output import emit, emit_json, note, show_table, stdout_is_terminal
 from tca_bus.cli._run import run_app
@@ -8,6 +8,7 @@ from tca_bus.cli._run import run_app
 __all__ = [
     "DEFAULT_FLAGS",
     "BusFlags",
+    "add_commands",
     "bus_options",
     "emit",
     "emit_json",

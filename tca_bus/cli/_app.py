@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 
 from cyclopts import App, CycloptsError
@@ -27,6 +28,25 @@ def make_app(name: str, *, help: str) -> App:  # noqa: A002 - named as the libra
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
+
+
+def add_commands(
+    app: App, package: str, commands: Mapping[str, tuple[str, str]], *, group: str | None = None
+) -> None:
+    """Register commands of which only the one that is called is imported.
+
+    Args:
+        app: To which.
+        package: The package with their modules.
+        commands: By the name that the user types: ``module:function``, and what it does, which
+            is the first line of the function's docstring.
+        group: Heading under which the help shows them.
+    """
+    for name, (place, summary) in commands.items():
+        if group is None:
+            app.command(f"{package}.{place}", name=name, help=summary)
+        else:
+            app.command(f"{package}.{place}", name=name, help=summary, group=group)
 
 
 def _version() -> str:

@@ -66,9 +66,13 @@ def _guarded(app: App, tokens: list[str]) -> int:
 
 
 def _run(app: App, tokens: list[str]) -> int:
+    commands, apps, _ = app.parse_commands(tokens)
+    for called in apps:
+        if called.default_command is not None and not called.name[0].startswith("-"):
+            # Its docstring says more than the summary that stands for it until it is imported.
+            called.help = None
     path = config_path(tokens)
     if path is not None:
-        commands, _, _ = app.parse_commands(tokens)
         values = file_values(path, app.name[0], commands)
         app.config = (Dict(values, use_commands_as_keys=False, source=str(path)),)
     command, bound, _ = app.parse_args(tokens)
