@@ -6,11 +6,13 @@ import ast
 import importlib
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
 
 import tca_bus
+import tca_bus.cli
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("navigate", "rogue", "tca_bus", "xavier_sim")
@@ -57,16 +59,44 @@ def test_a_facade_exports_what_it_imports_in_order(path):
     assert exported == sorted(shouting) + sorted(classes) + sorted(functions)
 
 
-def test_the_lazy_facade_gives_what_type_checkers_see():
-    tree = ast.parse((ROOT / "tca_bus/__init__.py").read_text(encoding="utf-8"))
-    lazy = {f"tca_bus.{home}": names for home, names in tca_bus._HOMES.items()}
+@pytest.mark.parametrize("facade", [tca_bus, tca_bus.cli], ids=lambda facade: facade.__name__)
+def test_a_lazy_facade_gives_what_type_checkers_see(facade):
+    tree = ast.parse(Path(facade.__file__).read_text(encoding="utf-8"))
+    lazy = {f"{facade.__name__}.{home}": names for home, names in facade._HOMES.items()}
     assert lazy == checked_imports(tree)
-    assert sorted(tca_bus.__all__) == sorted(name for names in lazy.values() for name in names)
+    assert sorted(facade.__all__) == sorted(name for names in lazy.values() for name in names)
     for home, names in lazy.items():
         for name in names:
-            assert getattr(tca_bus, name) is getattr(importlib.import_module(home), name)
-    with pytest.raises(AttributeError, match="module 'tca_bus' has no attribute 'Modul'"):
-        tca_bus.Modul  # noqa: B018 - it is to raise
+            assert getattr(facade, name) is getattr(importlib.import_module(home), name)
+    with pytest.raises(AttributeError, match=f"'{facade.__name__}' has no attribute 'Modul'"):
+        facade.Modul  # noqa: B018 - it is to raise
+
+
+COMMAND_LINES = ["tca_bus.cli.tca", "rogue.cli", "xavier_sim.cli", "navigate.cli"]
+
+
+@pytest.mark.parametrize("module", COMMAND_LINES)
+def test_help_loads_neither_bus_nor_models(module):
+    code = f"""
+        import sys
+        from {module} import app
+        app(["--help"])
+        print(*sys.modules)
+    """
+    loaded = run_python(textwrap.dedent(code)).splitlines()[-1].split()
+    assert not {"asyncio", "zenoh", "pydantic", "numpy"} & set(loaded)
+
+
+@pytest.mark.parametrize("module", COMMAND_LINES)
+def test_the_summary_of_a_command_is_how_its_docstring_begins(module):
+    app = importlib.import_module(module).app
+    told = {name: app._commands[name].help for name in app if not name.startswith("-")}
+    for name, summary in told.items():
+        command = app[name]
+        if command.default_command is None:
+            continue  # one with commands of its own has no docstring
+        command.help = None
+        assert command.help.split("\n\n")[0].split() == summary.split()
 
 
 IMPORT_ALL = """

@@ -15,7 +15,7 @@ APPS = {
     "navigate": "navigate.cli",
     "rogue": "rogue.cli",
     "tca": "tca_bus.cli.tca",
-    "xavier": "xavier_sim.cli._app",
+    "xavier": "xavier_sim.cli",
 }
 COMMAND = re.compile(r"(?:^|uv run |run --rm cli )((?:rogue|tca|navigate|xavier) [^#&|]+)")
 

@@ -1,8 +1,23 @@
 """The command line ``navigate``."""
 
-from navigate.cli._app import app, main
+from tca_bus.cli import add_commands, make_app, run_app
 
-__all__ = [
-    "app",
-    "main",
-]
+__all__ = ["app", "main"]
+
+COMMANDS = {
+    "run": ("_run:run", "Run the navigator until it is stopped."),
+    "plan": (
+        "_client:plan",
+        "Show the best route between two rooms, as the navigator knows the floor now.",
+    ),
+    "where": ("_client:where", "Show where the robot believes to be."),
+}
+"""Where each command is and what it does; only the one that is called is imported."""
+
+app = make_app("navigate", help="Find the way, know the place, drive the robot.")
+add_commands(app, "navigate.cli", COMMANDS)
+
+
+def main() -> None:
+    """Run the command line."""
+    run_app(app)

@@ -7,15 +7,15 @@ __all__ = ["app", "main"]
 COMMANDS = {
     "up": (
         "_up:up",
-        "Run the whole office, all its processes.",
+        "Run the whole office: router, central, robot, speech, navigator and planner.",
     ),
     "demo": (
         "_demo:demo",
-        "Play a scenario of the papers in an office of its own.",
+        "Play one of the papers' scenarios in an office of its own, as fast as the machine can.",
     ),
     "day": (
         "_day:day",
-        "Play a day with many users in an office of its own, and check how it ended.",
+        "Play a day with many users in an office of its own, and check how every request ended.",
     ),
     "request": ("_requests:request", "Ask the robot for an errand."),
     "requests": ("_requests:requests", "List the requests, the oldest first."),
@@ -23,7 +23,7 @@ COMMANDS = {
     "cancel": ("_requests:cancel", "Take a request back, at whatever stage it is."),
     "plan": (
         "_plan:plan",
-        "Show the plan, now or last: its goals and operators, as text or as a drawing.",
+        "Show the plan that is being carried out, or the last one: goals, operators, steps.",
     ),
     "trace": ("_trace:trace", "Print the conversation, as Figure 6 of the paper shows it."),
     "why": ("_requests:why", "Say why a request stands where it does."),
@@ -33,7 +33,7 @@ COMMANDS = {
     ),
     "agent": (
         "_agent:agent",
-        "Run the planner process alone.",
+        "Run the ROGUE agent: it accepts requests, plans, and has the robot carry the plans out.",
     ),
 }
 """Where each command is and what it does; only the one that is called is imported."""

@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from tca_bus._errors import ConfigError, did_you_mean
 from tca_bus.cli._flags import BusFlags
-
-
-def config_path(tokens: Sequence[str], environ: Mapping[str, str] = os.environ) -> Path | None:
-    """Find the file that ``--config`` or ``TCA_CONFIG`` names, if any does."""
-    for number, word in enumerate(tokens):
-        if word == "--":
-            break
-        if word.startswith("--config="):
-            return Path(word.removeprefix("--config="))
-        if word == "--config" and number + 1 < len(tokens):
-            return Path(tokens[number + 1])
-    named = environ.get("TCA_CONFIG")
-    return Path(named) if named else None
 
 
 def file_values(path: Path, tool: str, commands: Sequence[str]) -> dict[str, Any]:

@@ -27,7 +27,6 @@ Hosts = Annotated[list[str] | None, Parameter(name="--host", negative="")]
 
 keys_app = App(
     name="keys",
-    help="Make, renew and list the keys with which modules join a guarded router.",
     help_format="plaintext",
 )
 

@@ -16,7 +16,8 @@ from tca_bus import ConfigError, Failure, InvalidMessageError, TaskStatus
 from tca_bus._protocol import ProvidedMessage
 from tca_bus._schema import schema_problems
 from tca_bus.cli._answers import TypedLines
-from tca_bus.cli._config import config_path, file_values
+from tca_bus.cli._config import file_values
+from tca_bus.cli._config_path import config_path
 from tca_bus.cli._payload import check_class, check_payload, parse_payload
 from tca_bus.cli._tree_rows import tree_lines
 from tca_bus.cli.tca import app

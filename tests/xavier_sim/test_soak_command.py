@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tca_bus import TcaError
-from xavier_sim.cli._app import app
+from xavier_sim.cli import app
 from xavier_sim.snapshots import SnapshotError
 from xavier_sim.soak import NavigatorError, SoakOptions, SoakRun, Summary
 

@@ -15,7 +15,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from tca_bus import TaskStatus
 from tca_bus._schema import schema_problems
-from xavier_sim.cli._app import beginning_of
+from xavier_sim.cli._run import beginning_of
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import (
     SONAR_RING_RADIUS,

@@ -8,7 +8,7 @@ from typing import Literal
 from cyclopts import App
 from pydantic import ValidationError
 
-from tca_bus import ConfigError, Module, Query, RefusedError
+from tca_bus import ConfigError, Module, Query, RefusedError, TcaError
 from tca_bus.cli import (
     DEFAULT_FLAGS,
     BusFlags,
@@ -17,7 +17,6 @@ from tca_bus.cli import (
     emit_json,
     show_table,
 )
-from xavier_sim.floors import UnknownDoorError
 from xavier_sim.messages import (
     BatteryState,
     CameraPower,
@@ -52,7 +51,7 @@ async def door(
     async with _client(flags) as module:
         rooms = [state.room for state in await module.query(WorldDoors())]
         if room.lower() not in rooms and not room.startswith("d-"):
-            raise UnknownDoorError(room, rooms)
+            raise _no_such_door(room, rooms)
         state = await module.query(MoveDoor(room=room.lower(), open=move == "open"))
     if state.open != (move == "open"):
         raise RefusedError(f"closing the door of {state.room}", "the robot stands in it")
@@ -117,7 +116,7 @@ async def person(
     async with _client(flags) as module:
         rooms = [state.room for state in await module.query(WorldDoors())]
         if room.lower() not in rooms:
-            raise UnknownDoorError(room, rooms)
+            raise _no_such_door(room, rooms)
         state = await module.query(MovePerson(room=room.lower(), present=where_to == "in"))
     if flags.json:
         emit_json(state)
@@ -127,7 +126,6 @@ async def person(
 
 fault = App(
     name="fault",
-    help="Make something go wrong, at once: the robot moved, a sensor wrong, an item gone.",
     help_format="plaintext",
 )
 
@@ -281,6 +279,12 @@ def _client(flags: BusFlags) -> Module:
     return Module(f"xavier-{os.getpid()}", options=bus_options(flags))
 
 
+def _no_such_door(room: str, rooms: list[str]) -> TcaError:
+    from xavier_sim.floors import UnknownDoorError  # noqa: PLC0415 - no other answer needs numpy
+
+    return UnknownDoorError(room, rooms)
+
+
 def _stands(state: DoorState) -> str:
     return "open" if state.open else "closed"
 
@@ -317,7 +321,3 @@ def _fault_rows(state: FaultState) -> list[tuple[str, str]]:
         ("laser", f"{state.laser.metres:.3f} m too far, {state.laser.turn:.3f} rad askew"),
         ("tick", str(state.tick)),
     ]
-
-
-COMMANDS = (door, doors, where, battery, plate, person, fault)
-"""All of them."""

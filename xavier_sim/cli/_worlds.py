@@ -13,6 +13,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from tca_bus import ConfigError
+from xavier_sim.cli._flags import checked_seed
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.running import RobotState, SimClock, parse_speed
@@ -87,17 +88,6 @@ def make_world(flags: WorldFlags) -> World:
         carts=flags.carts,
         rays=flags.rays,
     )
-
-
-def checked_seed(seed: int) -> int:
-    """A seed that can be used.
-
-    Raises:
-        ConfigError: it is negative.
-    """
-    if seed < 0:
-        raise ConfigError("--seed", seed, "0 or more")
-    return seed
 
 
 def _with_battery(profile: RobotProfile, hours: float | None) -> RobotProfile:

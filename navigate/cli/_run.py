@@ -1,0 +1,41 @@
+"""``navigate run``: the navigator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from navigate.keeping import StateFile
+from navigate.maps import Floor, load_plan
+from navigate.navigator import Navigator
+from navigate.position import LocalizerName, make_localizer
+from navigate.service import NavigateService
+from tca_bus import configure_logging
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
+
+
+async def run(
+    *,
+    map: Annotated[str | None, Parameter(env_var="NAVIGATE_MAP")] = None,  # noqa: A002 - the flag
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
+    localizer: LocalizerName = "particles",
+    data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the navigator until it is stopped.
+
+    Args:
+        map: Floor plan file, or the name of one that comes with the package.
+        seed: Of the position estimate's random numbers, 0 or more.
+        localizer: What estimates the position: a particle filter, or odometry alone.
+        data: Folder in which the position is kept for the next start.
+        flags: Shared flags.
+    """
+    configure_logging("navigate", level=flags.level, json=flags.json)
+    floor = Floor(load_plan(map))
+    navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
+    kept = StateFile(data) if data else None
+    await NavigateService(navigator, bus_options(flags), kept).run()

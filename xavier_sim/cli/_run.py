@@ -1,0 +1,54 @@
+"""``xavier run``: the simulated robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tca_bus import configure_logging
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
+from xavier_sim.cli._flags import Data
+from xavier_sim.cli._worlds import DEFAULT_WORLD, WorldFlags, open_world
+from xavier_sim.recording import Beginning, Recorder, listening
+from xavier_sim.running import RobotModule, RobotState
+
+
+async def run(
+    *,
+    speed: str = "1",
+    data: Data = None,
+    epoch: str | None = None,
+    record: Path | None = None,
+    world: WorldFlags = DEFAULT_WORLD,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Run the simulated robot until it is stopped.
+
+    Args:
+        speed: Simulated seconds per second, or "max" for lockstep with the driver.
+        data: Folder to keep the world in, so that a restarted one goes on.
+        epoch: Simulated time at the start, ISO 8601; now when not given.
+        record: File to record into all that the robot senses and does, what the navigator
+            believes, and the tasks; Foxglove shows it. A file of that name is replaced.
+        world: What world it is.
+        flags: Where the bus is.
+    """
+    configure_logging("xavier", level=flags.level, json=flags.json)
+    state, store = open_world(world, speed=speed, data=data, epoch=epoch)
+    if record is None:
+        await RobotModule(state, store, bus_options(flags)).run()
+        return
+    options = bus_options(flags)
+    async with Recorder(record, beginning_of(state)) as recorder, listening(recorder, options):
+        await RobotModule(state, store, options, recorder).run()
+
+
+def beginning_of(state: RobotState) -> Beginning:
+    """How things stand, for a recording that begins now."""
+    return Beginning(
+        floor=state.world.plan,
+        seed=state.world.seed,
+        speed=state.speed,
+        time=state.now,
+        doors=tuple(state.door_states()),
+        battery=state.battery_state(),
+    )
