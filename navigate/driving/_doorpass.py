@@ -24,8 +24,8 @@ APPROACH_SPEED, CREEP_SPEED = 0.3, 0.2
 OPEN_DEPTH = 0.35
 """Metres behind the line that must be seen free for the door to count as open."""
 
-CLEAR = 0.2 + ROBOT_RADIUS - RING_RADIUS
-"""A front reading below this means that something is right ahead."""
+CLEAR = 0.4 + ROBOT_RADIUS - RING_RADIUS
+"""A front reading below this means that somebody or something is right ahead."""
 
 LINED_UP = 0.07
 """Metres off the middle with which the robot may enter a door."""

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 from navigate.body import bump_direction
+from navigate.driving._courtesy import Courtesy
 from navigate.driving._doorpass import pass_door
 from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._safety import guard
@@ -39,7 +40,6 @@ from navigate.routes import (
     remaining,
     side_of,
 )
-from xavier_sim.messages import Space
 
 ARRIVED = 0.1
 """Metres from a goal in open floor that count as there."""
@@ -90,6 +90,7 @@ class Drive:
     nearest_at: float = 0.0
     bumped_at: float = -math.inf
     course: Manoeuvre[None] | None = None
+    courtesy: Courtesy = field(default_factory=Courtesy)
 
 
 class Driver:
@@ -186,8 +187,8 @@ class Driver:
             if step.door is not None:
                 view = yield from self._pass(view, step, step.door)
             elif not _lined_up(view, drive.steps):
-                way = way_through(self._space(step), start, step.to)
-                view = yield from _go(view, way, drive.steps, behind_door=behind_door)
+                way = self._way(step, start)
+                view = yield from _go(view, way, drive, behind_door=behind_door)
             behind_door = step.door is not None
             start = drive.steps.pop(0).to
         _check(view)
@@ -198,8 +199,10 @@ class Driver:
         self._memory.opened(door.name)
         return view
 
-    def _space(self, step: Step) -> Space:
-        return self._planner.floor.spaces[step.space]
+    def _way(self, step: Step, start: Point) -> Way:
+        floor = self._planner.floor
+        mouths = [mouth.centre for mouth in floor.passages if step.space in mouth.spaces]
+        return way_through(floor.spaces[step.space], start, step.to, mouths)
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
         met = drive.troubles[-1] if drive.troubles else None
@@ -231,14 +234,15 @@ class Driver:
         return (yield from wait(view, 0.5))
 
 
-def _go(view: View, way: Way, steps: list[Step], *, behind_door: bool) -> Manoeuvre[View]:
-    """Follow ``way``, the first of ``steps``."""
+def _go(view: View, way: Way, drive: Drive, *, behind_door: bool) -> Manoeuvre[View]:
+    """Follow ``way``, the first step that is left of the drive."""
+    steps = drive.steps
     last = len(steps) == 1
     tolerance = (ARRIVED_BEHIND_DOOR if behind_door else ARRIVED) if last else 0.12
     ends = last or steps[1].door is not None or _turns(way.start, way.goal, steps[1].to)
     if not ends:
         tolerance = 0.3
-    return (yield from follow(view, way, tolerance=tolerance, ends=ends))
+    return (yield from follow(view, way, drive.courtesy, tolerance=tolerance, ends=ends))
 
 
 def _check(view: View) -> None:

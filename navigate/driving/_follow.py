@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from navigate.body import ROBOT_RADIUS, wrap
+from navigate.driving._courtesy import Courtesy
 from navigate.driving._cvm import TOP_SPEED, Window, choose
 from navigate.driving._lanes import Lane, pick_lane
+from navigate.driving._strangers import are_strange
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import STOP, Manoeuvre, View, WayBlocked, Wheels
 from navigate.maps import Floats, Point
@@ -35,15 +38,34 @@ TIGHT_MARGIN = 0.03
 BLOCKED_AHEAD = 0.25
 """Metres of free lane below which the robot waits."""
 
+NEAR = 1.0
+"""Metres within which an echo counts wherever it is: map and position may be wrong."""
+
+LEAST_AHEAD, MOST_AHEAD = 0.8, 2.0
+"""Metres ahead at which the hindrance of a blocked way may be."""
+
+MOUTH_SPEED = 0.35
+"""Metres per second past a door or corner that the robot cannot look into."""
+
+MOUTH_NEAR = 0.55
+"""Metres beside the robot below which it cannot stop for who steps out of one."""
+
+MOUTH_AHEAD, MOUTH_BEHIND = 1.0, 0.3
+
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A straight way on the map, and how far to its right and left the floor reaches."""
+    """A straight way through a space, and how far to its right and left the floor reaches.
 
+    ``mouths`` are the doors and openings of the space: metres along the way and to its left.
+    """
+
+    space: Space
     start: Point
     goal: Point
     lowest: float = 0.0
     highest: float = 0.0
+    mouths: tuple[Point, ...] = ()
 
     @property
     def length(self) -> float:
@@ -62,25 +84,40 @@ class Way:
         return dx * cos + dy * sin, dy * cos - dx * sin
 
 
-def way_through(space: Space, start: Point, goal: Point) -> Way:
-    """The way between two points of a space, with lanes as far as the space is wide there."""
-    if math.dist(start, goal) < 0.5:
-        return Way(start, goal)
-    way = Way(start, goal)
+def way_through(space: Space, start: Point, goal: Point, mouths: Iterable[Point] = ()) -> Way:
+    """The way between two points of a space, with lanes as far as the space is wide there.
+
+    Args:
+        space: what both points lie in.
+        start: metres, like ``goal``.
+        goal: where to.
+        mouths: the middles of the doors and openings of the space.
+    """
+    way = Way(space, start, goal)
+    if way.length < 0.5:
+        return way
     left = (-math.sin(way.heading), math.cos(way.heading))
     reach = [
         min(_reach(space, at, (side * left[0], side * left[1])) for at in (start, goal))
         for side in (-1.0, 1.0)
     ]
-    return Way(start, goal, -max(0.0, reach[0]), max(0.0, reach[1]))
+    return replace(
+        way,
+        lowest=-max(0.0, reach[0]),
+        highest=max(0.0, reach[1]),
+        mouths=tuple(way.locate(mouth) for mouth in mouths),
+    )
 
 
-def follow(view: View, way: Way, *, tolerance: float = 0.12, ends: bool = True) -> Manoeuvre[View]:
+def follow(
+    view: View, way: Way, courtesy: Courtesy, *, tolerance: float = 0.12, ends: bool = True
+) -> Manoeuvre[View]:
     """Drive along ``way`` to its goal, in the lane that is free.
 
     Args:
         view: the current tick.
         way: where to drive.
+        courtesy: sees to those who are in the way.
         tolerance: metres from the goal, or beyond it, at which it counts as reached.
         ends: whether to slow down towards the goal, for a turn or a stop.
 
@@ -88,50 +125,82 @@ def follow(view: View, way: Way, *, tolerance: float = 0.12, ends: bool = True) 
         WayBlocked: the robot came no nearer for longer than `PATIENCE`.
     """
     nearest, since = math.inf, view.time
+    lane: Lane | None = None
     while not _reached(view, way, tolerance):
-        view = yield _steer(view, way, ends=ends)
+        top = _top_speed(view, way, courtesy, ends=ends)
+        echoes = _obstacles(view, way)
+        lane = _lane(view, way, echoes, lane)
+        view = yield _steer(view, way, echoes, lane, top)
         away = math.dist(view.at, way.goal)
         if away < nearest - NEARER:
             nearest, since = away, view.time
         elif view.time - since > PATIENCE:
-            raise WayBlocked(_ahead(view, way, 0.8))
+            raise WayBlocked(_ahead(view, way, lane))
     return view
 
 
-def _steer(view: View, way: Way, *, ends: bool) -> Wheels:
+def _top_speed(view: View, way: Way, courtesy: Courtesy, *, ends: bool) -> float:
+    """The speed that the goal, the doors beside the way and the people in it allow."""
     along, left = way.locate(view.at)
     distance = math.dist(view.at, way.goal)
-    lane = _lane(view, way, along, left)
-    if lane.free < BLOCKED_AHEAD and lane.free < way.length - along:
+    top = min(TOP_SPEED, SLOW_SPEED + 0.7 * distance) if ends else TOP_SPEED
+    return courtesy.speed(view, way.space, way.heading, _past_mouths(way, along, left, top))
+
+
+def _steer(view: View, way: Way, echoes: Floats, lane: Lane, top: float) -> Wheels:
+    along, _ = way.locate(view.at)
+    if top <= 0.0 or lane.free < min(BLOCKED_AHEAD, way.length - along):
         return STOP
     error = _bearing(view, way, along, lane)
     if abs(error) > TURN_FIRST:
         return Wheels(0.0, turn_rate(error))
-    top = min(TOP_SPEED, SLOW_SPEED + 0.7 * distance) if ends else TOP_SPEED
-    near = view.echoes[(view.echoes**2).sum(axis=1) < (distance + 0.5) ** 2]
+    within = math.dist(view.at, way.goal) + 0.5
+    near = echoes[(echoes**2).sum(axis=1) < within**2]
     choice = choose(near, error, Window.around(view.speed, view.turn, top))
     if choice.wheels.speed == 0.0:
-        slow = Window.around(view.speed, view.turn, SLOW_SPEED)
+        slow = Window.around(view.speed, view.turn, min(top, SLOW_SPEED))
         choice = choose(near, error, slow, margin=TIGHT_MARGIN)
     if choice.wheels.speed == 0.0 and abs(error) > 0.05:
         return Wheels(0.0, turn_rate(error))
     return choice.wheels
 
 
-def _lane(view: View, way: Way, along: float, left: float) -> Lane:
+def _past_mouths(way: Way, along: float, left: float, top: float) -> float:
+    """No more than ``top``, and less where somebody may step out right beside the robot."""
+    for at, aside in way.mouths:
+        close = abs(aside - left) - ROBOT_RADIUS < MOUTH_NEAR
+        if close and -MOUTH_BEHIND < at - along < MOUTH_AHEAD:
+            return min(top, MOUTH_SPEED)
+    return top
+
+
+def _obstacles(view: View, way: Way) -> Floats:
+    """The echoes that are near, or that are no walls: the lanes keep off those of the map.
+
+    A cone that glances along a wall hears its near edge, half a metre into the corridor where
+    it is plotted on the axis.
+    """
+    away = np.hypot(view.echoes[:, 0], view.echoes[:, 1])
+    bearings = np.arctan2(view.echoes[:, 1], view.echoes[:, 0])
+    strange = are_strange(view.pose, way.space, away, bearings)
+    return np.asarray(view.echoes[strange | (away < NEAR)])
+
+
+def _lane(view: View, way: Way, echoes: Floats, last: Lane | None) -> Lane:
     """The lane to drive in: the way itself near its goal, else the best."""
+    along, left = way.locate(view.at)
     if way.length - along < CARROT / 2 or way.lowest == way.highest:
         return Lane(0.0, math.inf)
     turned = wrap(view.pose[2] - way.heading)
     cos, sin = math.cos(turned), math.sin(turned)
-    spots: Floats = view.echoes @ np.array([[cos, sin], [-sin, cos]])
+    spots: Floats = echoes @ np.array([[cos, sin], [-sin, cos]])
     spots[:, 1] += left
-    return pick_lane(spots, left, way.lowest, way.highest)
+    return pick_lane(spots, left, way.lowest, way.highest, last.offset if last else None)
 
 
 def _bearing(view: View, way: Way, along: float, lane: Lane) -> float:
-    """Radians to turn left to look at the carrot: nearer ahead where the lane is short."""
-    reach = max(0.35, min(CARROT, lane.free * 0.6))
+    """Radians to turn left to look at the carrot: nearer ahead where the way is short."""
+    reach = max(0.35, min(CARROT, 0.6 * lane.free, 0.6 * lane.straight))
     if along + reach >= way.length:
         heading = math.atan2(way.goal[1] - view.pose[1], way.goal[0] - view.pose[0])
         return wrap(heading - view.pose[2])
@@ -151,10 +220,11 @@ def _reached(view: View, way: Way, tolerance: float) -> bool:
     return along > way.length and away < 3.0 * tolerance
 
 
-def _ahead(view: View, way: Way, metres: float) -> Point:
-    """A point on from the robot in the direction of the goal, which is where the hindrance is."""
-    x, y, _ = view.pose
-    heading = math.atan2(way.goal[1] - y, way.goal[0] - x)
+def _ahead(view: View, way: Way, lane: Lane) -> Point:
+    """Where the hindrance is: on from the robot in the direction of the goal."""
+    metres = min(MOST_AHEAD, max(LEAST_AHEAD, lane.straight + ROBOT_RADIUS))
+    heading = math.atan2(way.goal[1] - view.pose[1], way.goal[0] - view.pose[0])
+    x, y = view.at
     return (x + metres * math.cos(heading), y + metres * math.sin(heading))
 
 

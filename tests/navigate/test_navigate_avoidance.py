@@ -24,6 +24,7 @@ from navigate.driving._cvm import (
 )
 from navigate.driving._lanes import BERTH, free_ahead, pick_lane
 from navigate.driving._safety import guard
+from navigate.driving._surroundings import lean
 
 coordinates = st.floats(-3.0, 3.0)
 curvatures = st.just(0.0) | st.floats(1e-3, 3.0) | st.floats(-3.0, -1e-3)
@@ -127,7 +128,7 @@ def test_the_choice_is_the_best_of_the_window(spots, heading, window):
             if other**2 <= 2.0 * BRAKING * (free - HALT):
                 best = max(best, value(other, bend, free, heading))
     if choice.wheels == STOP:
-        assert best == -math.inf
+        assert best <= value(0.0, 0.0, FAR, heading)
     else:
         assert window.slowest - 1e-9 <= speed <= window.fastest + 1e-9
         assert window.right - 1e-9 <= turn <= window.left + 1e-9
@@ -186,6 +187,34 @@ def test_the_lane_beside_an_obstacle_is_taken_where_the_floor_is_wide_enough():
     assert pick_lane(box, 0.0, -0.2, 0.2).free < 1.0
     assert pick_lane(box, 0.0, 0.0, 0.8).offset > 0.4
     assert pick_lane(np.zeros((0, 2)), 0.3, -0.8, 0.8).offset == 0.0
+
+
+def test_a_lane_that_was_chosen_is_kept_while_something_is_ahead():
+    box = np.array([[1.5, -0.1], [1.5, 0.0], [1.5, 0.1]])
+    for chosen in (-0.6, 0.6):
+        assert pick_lane(box, 0.0, -0.8, 0.8, chosen).offset * chosen > 0.0
+    assert pick_lane(np.zeros((0, 2)), 0.6, -0.8, 0.8, 0.6).offset == 0.0
+
+
+def test_what_two_neighbours_hear_is_between_them():
+    ranges = np.full(24, np.inf)
+    ranges[[0, 1, 2]] = 1.0, 1.1, 1.1
+    leans = lean(ranges, np.arange(24))
+    assert leans[0] == -leans[2] > 0.1
+    assert leans[1] == 0.0
+    assert not leans[3:].any()
+
+
+def test_a_kept_echo_goes_when_sonars_hear_what_is_behind_it():
+    ranges = np.full(24, np.inf)
+    ranges[0] = 0.5
+    heard = Surroundings()
+    heard.hear((0.0, 0.0, 0.0), ranges, 1, 0.0)
+    ranges[0] = 2.0
+    for time in (0.4, 0.8):
+        heard.hear((0.0, 0.0, 0.0), ranges, 1, time)
+    around = heard.around((0.0, 0.0, 0.0), within=3.0)
+    np.testing.assert_allclose(around, [[2.25, 0.0]])
 
 
 def view(*, ranges=None, echoes=(), bump=0):

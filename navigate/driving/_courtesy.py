@@ -1,0 +1,119 @@
+"""Courtesy: how fast to drive where people are, and when to stand and wait for them.
+
+The speed is such that the robot stands before it meets somebody who walks towards it from the
+moment at which a sonar last heard them. Whoever stands in the way is waited for, then passed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from navigate.body import ROBOT_RADIUS
+from navigate.driving._strangers import Stranger, Strangers
+from navigate.driving._view import View
+from navigate.maps import Point
+from xavier_sim.messages import Space
+
+WALKING = 1.2
+"""Metres per second at which somebody may come towards the robot."""
+
+STALE = 0.4
+"""Seconds that a reading may be old: one round of the sonars."""
+
+BRAKES = 1.0
+"""Metres per second squared that the base can brake for sure."""
+
+KEEP_OFF = 0.15
+"""Metres to keep from whoever is ahead."""
+
+SOCIAL = 0.2
+"""Metres beside the robot that must be free for it to pass somebody without a wait."""
+
+WAIT_AT = 0.9
+"""Metres ahead of the robot at which it stands and waits."""
+
+WAIT_SECONDS, WAIT_FOR_WALKERS = 3.0, 8.0
+"""How long the robot waits for what stands, and for what still moves."""
+
+PASSING_SPEED = 0.25
+PASSING_WITHIN = 1.2
+"""Metres from the robot's centre within which somebody is passed slowly."""
+
+LET_GO = 0.5
+"""Seconds after which a wait is over when nobody is there any more."""
+
+KNOWN_FOR = 30.0
+"""Seconds for which it is not waited again for what stands at the same place."""
+
+KNOWN_WITHIN = 0.8
+
+
+class Courtesy:
+    """The robot's manners on one drive."""
+
+    def __init__(self) -> None:
+        self.strangers = Strangers()
+        self.waited = 0.0
+        self._since, self._last = -math.inf, -math.inf
+        self._known: list[tuple[float, Point]] = []
+
+    def speed(self, view: View, space: Space, heading: float, top: float) -> float:
+        """The speed to drive at along ``heading``, m/s, up to ``top``; 0.0 to stand and wait."""
+        self.strangers.listen(view, space)
+        met = [(one, *_seen_from(view.at, heading, one.at)) for one in self.strangers.around]
+        if self._waits(view.time, met):
+            return 0.0
+        for one, x, y in met:
+            if x > 0.0 and abs(y) < ROBOT_RADIUS + SOCIAL and not one.stands(view.time):
+                top = min(top, approach_speed(x - ROBOT_RADIUS - KEEP_OFF))
+            if one.certain and x > -ROBOT_RADIUS and math.hypot(x, y) < PASSING_WITHIN:
+                top = min(top, PASSING_SPEED)
+        return top
+
+    def _waits(self, now: float, met: list[tuple[Stranger, float, float]]) -> bool:
+        """Whether to stand, for somebody who is not known to stay there."""
+        waiting = now - self._last < LET_GO
+        reach, side = (1.3, 2.0) if waiting else (1.0, 1.0)
+        near = [
+            one
+            for one, x, y in met
+            if one.certain
+            and 0.0 < x < ROBOT_RADIUS + reach * WAIT_AT
+            and abs(y) < ROBOT_RADIUS + side * SOCIAL
+            and not self._knows(one.at, now)
+        ]
+        if not near:
+            return False
+        if not waiting:
+            self._since = self._last = now
+        self.waited += now - self._last
+        self._last = now
+        stand = all(one.stands(now) for one in near)
+        if now - self._since < (WAIT_SECONDS if stand else WAIT_FOR_WALKERS):
+            return True
+        self._known += [(now, one.at) for one in near]
+        return False
+
+    def _knows(self, at: Point, now: float) -> bool:
+        self._known = [(time, spot) for time, spot in self._known if now - time < KNOWN_FOR]
+        return any(math.dist(spot, at) < KNOWN_WITHIN for _, spot in self._known)
+
+
+def approach_speed(room: float, walking: float = WALKING) -> float:
+    """The speed from which the robot stands before ``room`` metres are gone.
+
+    They go by what it drives until it has noticed, what it needs to brake, and what somebody
+    walks towards it meanwhile: ``room = v t + v^2 / 2b + walking (t + v / b)``.
+    """
+    left = room - walking * STALE
+    if left <= 0.0:
+        return 0.0
+    slow = STALE + walking / BRAKES
+    return BRAKES * (math.sqrt(slow**2 + 2.0 * left / BRAKES) - slow)
+
+
+def _seen_from(here: Point, heading: float, at: Point) -> Point:
+    """A point of the map from ``here``: metres ahead along a heading, and to the left."""
+    dx, dy = at[0] - here[0], at[1] - here[1]
+    cos, sin = math.cos(heading), math.sin(heading)
+    return dx * cos + dy * sin, dy * cos - dx * sin

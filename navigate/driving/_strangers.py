@@ -1,0 +1,110 @@
+"""Strangers: what stands or walks in a space that is empty on the map.
+
+The map's spaces are empty rectangles. A sonar that hears something well inside of one, wherever
+in its cone that may be, hears somebody, or something that was put there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navigate.body import BEARINGS, CONE_HALF, RING_RADIUS, Pose, fresh_sonars
+from navigate.driving._view import View
+from navigate.maps import Floats, Point
+from xavier_sim.messages import Space
+
+INSIDE = 0.25
+"""Metres from the walls of the map within which an echo may be theirs."""
+
+SAME = 0.6
+"""Metres between two echoes that may come from one stranger."""
+
+STEP = 0.2
+"""Metres nearer or farther that a stranger must be heard at to have moved."""
+
+STANDS_AFTER = 1.5
+"""Seconds without a step after which it stands."""
+
+FORGOTTEN_AFTER = 1.2
+"""Seconds, three rounds of the sonars, for which one is remembered that is heard no more."""
+
+REACH = 3.0
+"""Metres within which strangers matter."""
+
+
+@dataclass
+class Stranger:
+    """Something that no map knows: where it was heard last, and since when it stands there.
+
+    ``at`` is in metres in the map frame, times are in seconds; ``heard`` counts readings.
+    """
+
+    at: Point
+    seen: float
+    since: float
+    heard: int = 1
+
+    def stands(self, now: float) -> bool:
+        """Whether it has not moved for some time."""
+        return now - self.since > STANDS_AFTER
+
+    @property
+    def certain(self) -> bool:
+        """Whether it is more than one stray echo."""
+        return self.heard > 1
+
+
+class Strangers:
+    """Those around the robot, followed from reading to reading."""
+
+    def __init__(self) -> None:
+        self.around: list[Stranger] = []
+
+    def listen(self, view: View, space: Space) -> None:
+        """Take in the fresh readings of a tick in which the robot is in ``space``."""
+        now = view.time
+        self.around = [one for one in self.around if now - one.seen < FORGOTTEN_AFTER]
+        for spot in strange_echoes(view, space).tolist():
+            self._meet((spot[0], spot[1]), view)
+
+    def _meet(self, spot: Point, view: View) -> None:
+        near = min(self.around, key=lambda one: math.dist(one.at, spot), default=None)
+        if near is None or math.dist(near.at, spot) > SAME:
+            self.around.append(Stranger(spot, view.time, view.time))
+            return
+        if abs(math.dist(spot, view.at) - math.dist(near.at, view.at)) > STEP:
+            near.since = view.time
+        near.at, near.seen, near.heard = spot, view.time, near.heard + 1
+
+
+def strange_echoes(view: View, space: Space) -> Floats:
+    """Where fresh readings lie, in the map frame, that no wall of ``space`` can be; (n, 2)."""
+    heard = [i for i in fresh_sonars(view.fresh) if view.ranges[i] + RING_RADIUS < REACH]
+    away, bearings = RING_RADIUS + view.ranges[heard], BEARINGS[heard]
+    strange = are_strange(view.pose, space, away, bearings)
+    angles = view.pose[2] + bearings[strange]
+    spots = away[strange, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.asarray(spots + view.at)
+
+
+def are_strange(pose: Pose, space: Space, away: Floats, bearings: Floats) -> NDArray[np.bool_]:
+    """Whether echoes are well inside of ``space`` wherever in a sonar's cone they are.
+
+    Args:
+        pose: of the robot, in the map frame.
+        space: what is empty on the map.
+        away: metres from the robot's centre, shape (n,).
+        bearings: radians to the left of ahead, shape (n,).
+    """
+    angles = pose[2] + bearings + _CONE[:, None]
+    x, y = pose[0] + away * np.cos(angles), pose[1] + away * np.sin(angles)
+    across = np.minimum(x - space.low.x, space.high.x - x)
+    inset = np.minimum(across, np.minimum(y - space.low.y, space.high.y - y))
+    return np.asarray(inset.min(axis=0) > INSIDE)
+
+
+_CONE = np.array([-CONE_HALF, 0.0, CONE_HALF])

@@ -1,0 +1,109 @@
+"""People in the way: waited for, then passed, and never run into."""
+
+from __future__ import annotations
+
+import pytest
+from corridor import Corridor, standing
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from navigate.driving._courtesy import (
+    KEEP_OFF,
+    STALE,
+    WAIT_SECONDS,
+    approach_speed,
+)
+from navigate.driving._follow import MOUTH_SPEED, way_through
+from navigate.driving._follow import _past_mouths as past_mouths
+from navigate.driving._view import WayBlocked
+
+GENTLE = 0.1
+"""Metres per second at which the robot may touch somebody."""
+
+
+def test_an_empty_corridor_is_driven_at_full_speed():
+    hall = Corridor()
+    assert hall.drive() is None
+    assert hall.courtesy.waited == 0.0
+    assert hall.time < 15.0 / 0.6 + 4.0
+
+
+def test_who_stands_in_the_way_is_waited_for_then_passed():
+    hall = Corridor(standing(7.0, 0.1))
+    assert hall.drive() is None
+    assert hall.courtesy.waited == pytest.approx(WAIT_SECONDS, abs=1.0)
+    assert hall.touched is None
+    assert hall.nearest > 0.03
+
+
+def test_who_stands_aside_is_passed_slowly_without_a_wait():
+    hall = Corridor(standing(7.0, 1.0))
+    assert hall.drive() is None
+    assert hall.courtesy.waited == 0.0
+    assert hall.touched is None
+    assert min(hall.speeds[30:-30]) < 0.3
+
+
+def test_who_walks_towards_the_robot_and_round_it_meets_one_that_stands():
+    def walk(time):
+        x = 14.0 - 1.2 * time
+        aside = 0.85 if abs(x - 5.0) < 3.0 else 0.0
+        return x, aside
+
+    hall = Corridor(walk)
+    assert hall.drive() is None
+    assert (hall.touched or 0.0) <= GENTLE
+
+
+def test_who_walks_straight_into_the_robot_is_not_pushed():
+    hall = Corridor(lambda time: (max(4.0, 14.0 - 1.2 * time), 0.0))
+    hall.drive()
+    assert (hall.touched or 0.0) <= GENTLE
+
+
+def test_who_walks_ahead_is_followed_and_not_overtaken_at_speed():
+    hall = Corridor(lambda time: (2.0 + 0.3 * time, 0.0))
+    hall.drive(seconds=200.0)
+    assert hall.touched is None
+
+
+def test_who_crosses_the_corridor_is_let_pass():
+    hall = Corridor(lambda time: (6.0, 1.6 - 0.5 * max(0.0, time - 7.0)))
+    assert hall.drive() is None
+    assert (hall.touched or 0.0) <= GENTLE
+
+
+def test_a_crowd_that_fills_the_corridor_blocks_it():
+    hall = Corridor(*[standing(6.0, y) for y in (-0.8, 0.0, 0.8)])
+    trouble = hall.drive()
+    assert isinstance(trouble, WayBlocked)
+    assert trouble.at[0] == pytest.approx(6.0, abs=1.0)
+    assert hall.touched is None
+
+
+@settings(deadline=None, max_examples=8)
+@given(st.floats(3.0, 9.0), st.floats(-0.7, 0.7), st.floats(0.0, 1.3))
+def test_nobody_is_touched_at_speed(x, y, pace):
+    hall = Corridor(lambda time: (max(x - 2.0, x + 6.0 - pace * time), y))
+    hall.drive(metres=10.0, seconds=200.0)
+    assert (hall.touched or 0.0) <= GENTLE
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.0, 2.0))
+def test_the_speed_leaves_room_to_stop_for_who_comes(room, walking):
+    speed = approach_speed(room, walking)
+    used = speed * STALE + speed**2 / 2.0 + walking * (STALE + speed)
+    if speed > 0.0:
+        assert used == pytest.approx(room)
+    else:
+        assert walking * STALE >= room - 1e-9
+    assert KEEP_OFF > 0.0
+
+
+def test_past_a_door_right_beside_it_the_robot_slows_down():
+    hall = Corridor()
+    way = way_through(hall.space, (0.0, 0.6), (15.0, 0.6), [(5.0, 1.2), (9.0, -1.2)])
+    assert past_mouths(way, 4.5, 0.0, 0.6) == MOUTH_SPEED
+    assert past_mouths(way, 4.5, -0.4, 0.6) == 0.6
+    assert past_mouths(way, 8.5, 0.0, 0.6) == 0.6
+    assert past_mouths(way, 7.0, 0.0, 0.6) == 0.6
