@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from tca_bus import Context, Module, TaskError
 from xavier_sim.floors import UnknownDoorError
@@ -29,9 +30,11 @@ from xavier_sim.messages import (
     WorldDoors,
 )
 from xavier_sim.running._outlet import Outlet
-from xavier_sim.running._robot_state import RobotState
 from xavier_sim.sensors import NoSensorError
 from xavier_sim.world import NotFreeError
+
+if TYPE_CHECKING:
+    from xavier_sim.running._robot_state import RobotState
 
 
 class RobotDesk:
@@ -56,7 +59,7 @@ class RobotDesk:
         module.serve(ReadBattery, self._on_read_battery)
         module.serve(Fault, self._on_fault)
 
-    async def tell_battery(self) -> None:
+    async def tell_news(self) -> None:
         """Broadcast the battery's state when it is worth it: every hundredth, every change."""
         state = self._state.battery_state()
         if self._told is not None and not _differ(self._told, state):

@@ -21,11 +21,9 @@ from xavier_sim.running._pacing import (
     ANSWER_PATIENCE,
     IDLE_REPEAT,
     Metronome,
-    may_tick,
 )
+from xavier_sim.running._plant import Plant
 from xavier_sim.running._reflex import Reflex
-from xavier_sim.running._robot_desk import RobotDesk
-from xavier_sim.running._robot_state import RobotState
 from xavier_sim.running._simulated_time import HOLD_LIMIT, Demands, TimeNews
 from xavier_sim.snapshots import SnapshotFile
 
@@ -38,10 +36,10 @@ SAVE_AFTER = 1.0
 
 
 class RobotModule:
-    """Shows a world to the bus: sensors and time out, driving commands and doors in.
+    """Shows a robot to the bus: sensors and time out, driving commands and doors in.
 
     Args:
-        state: the world and its time.
+        state: the world and its time, or what stands for it.
         store: where to keep it, None for nowhere.
         options: how to join the bus; the module's own clock is wall time.
         witness: who records what happens.
@@ -49,7 +47,7 @@ class RobotModule:
 
     def __init__(
         self,
-        state: RobotState,
+        state: Plant,
         store: SnapshotFile | None,
         options: BusOptions,
         witness: Witness | None = None,
@@ -60,17 +58,17 @@ class RobotModule:
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._present: dict[str, str] = {}
         self._bell, self._reflex = asyncio.Event(), Reflex()
-        self._reflex.sense(state.world.reading)
+        self._reflex.sense(state.reading)
         self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
         self._outlet = Outlet(self._module, witness, lambda: state.now)
-        self._desk = RobotDesk(state, self._module, self._outlet, self._change)
+        self._desk = state.open_desk(self._module, self._outlet, self._change)
         self._module.serve(Drive, self._on_drive)
         self._module.serve(AwaitTime, self._on_await_time)
 
     async def run(self) -> None:
-        """Run until cancelled; then keep the world.
+        """Run until cancelled, or until a recording is over; then keep the world.
 
         Raises:
             BusGoneError: there was no router to begin with.
@@ -90,9 +88,9 @@ class RobotModule:
     async def _run_paced(self, speed: float) -> None:
         metronome = Metronome(speed, time.monotonic())
         await self._send_sensors()
-        while True:
+        while not self._state.is_over:
             await asyncio.sleep(metronome.pause(time.monotonic()))
-            await self._tick(*self._driver.command(self._state.world.tick))
+            await self._tick(*self._driver.command(self._state.tick))
             await self._send_sensors()
             await self._tell_time()
 
@@ -100,8 +98,10 @@ class RobotModule:
         while True:
             await self._send_sensors()
             await self._until_may_tick()
+            if self._state.is_over:
+                return
             driven = self._driven
-            await self._tick(*(self._driver.command(self._state.world.tick) if driven else STOP))
+            await self._tick(*(self._driver.command(self._state.tick) if driven else STOP))
             await asyncio.sleep(0 if driven else ALONE_PAUSE)
 
     async def _until_may_tick(self) -> None:
@@ -123,8 +123,8 @@ class RobotModule:
             await self._wait_for_bell()
 
     def _may_tick(self) -> bool:
-        tick = self._state.world.tick
-        return may_tick(
+        tick = self._state.tick
+        return self._state.may_tick(
             driven=self._driven,
             answered=self._driver.answered(tick),
             busy=self._driver.busy(tick),
@@ -147,7 +147,7 @@ class RobotModule:
     @property
     def _settled(self) -> bool:
         """Whether the driver, if there is one, has answered this tick."""
-        return not self._driven or self._driver.answered(self._state.world.tick)
+        return not self._driven or self._driver.answered(self._state.tick)
 
     async def _wait_for_bell(self) -> None:
         """Wait for a message, or a short while: waking modules and lost answers are timed."""
@@ -162,7 +162,7 @@ class RobotModule:
             return
 
     async def _repeat_sensors(self, wall: float) -> None:
-        unanswered = self._driven and not self._driver.answered(self._state.world.tick)
+        unanswered = self._driven and not self._driver.answered(self._state.tick)
         if wall - self._sensors_sent > (ANSWER_PATIENCE if unanswered else IDLE_REPEAT):
             await self._send_sensors()
 
@@ -171,25 +171,25 @@ class RobotModule:
             await self._save()
         speed, turn_rate = self._restrained(speed, turn_rate)
         self._note_command(speed, turn_rate)
-        self._reflex.sense(self._state.world.step(speed, turn_rate))
+        self._reflex.sense(await self._state.advance(speed, turn_rate))
         self._changed = True
         await self._show_witness()
         if self._demands.reached(self._state.now, time.monotonic()):
             self._news.hurry()
-        await self._desk.tell_battery()
+        await self._desk.tell_news()
 
     def _restrained(self, speed: float, turn_rate: float) -> tuple[float, float]:
         """The command as the reflex lets it go to the wheels."""
         held = self._reflex.holds
         allowed = self._reflex.allow(speed, turn_rate)
         if self._reflex.holds and not held:
-            log.info("stopped by reflex at tick %d", self._state.world.tick)
+            log.info("stopped by reflex at tick %d", self._state.tick)
         return allowed
 
     def _note_command(self, speed: float, turn_rate: float) -> None:
         if self._witness is None:
             return
-        tick = self._state.world.tick
+        tick = self._state.tick
         busy = self._driver.busy(tick)
         self._outlet.note(Drive(tick=tick, speed=speed, turn_rate=turn_rate, busy=busy))
 
@@ -215,6 +215,8 @@ class RobotModule:
     async def _save(self) -> None:
         saved = self._state.saved()
         self._saved_at, self._changed = time.monotonic(), False
+        if saved is None:
+            return
         if self._store is not None:
             await asyncio.to_thread(self._store.save, saved)
         self._state.tick_limit = saved.tick_limit
@@ -233,7 +235,7 @@ class RobotModule:
                 self._bell.set()
 
     async def _on_drive(self, drive: Drive, context: Context) -> None:
-        tick = self._state.world.tick
+        tick = self._state.tick
         if self._driver.hear(drive, context.sender, tick):
             self._bell.set()
         elif self._driver.ignored == 1:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
+from tca_bus import Module
 from xavier_sim.messages import (
     BatteryState,
     DoorState,
@@ -14,7 +16,10 @@ from xavier_sim.messages import (
     TrueLocation,
 )
 from xavier_sim.profile import TICK
-from xavier_sim.robot import Robot
+from xavier_sim.robot import Reading, Robot
+from xavier_sim.running._outlet import Outlet
+from xavier_sim.running._pacing import may_tick
+from xavier_sim.running._robot_desk import RobotDesk
 from xavier_sim.running._simulated_time import SimClock
 from xavier_sim.snapshots import Saved
 from xavier_sim.world import World
@@ -43,6 +48,21 @@ class RobotState:
         return self.world.robot
 
     @property
+    def tick(self) -> int:
+        """The control tick that the world is at."""
+        return self.world.tick
+
+    @property
+    def reading(self) -> Reading:
+        """What the robot senses at this tick."""
+        return self.robot.reading
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there is no further tick: a world goes on for ever."""
+        return False
+
+    @property
     def now(self) -> float:
         """Simulated seconds since the epoch."""
         return self.clock.time_of(self.world.tick)
@@ -51,6 +71,20 @@ class RobotState:
     def must_save(self) -> bool:
         """Whether the next tick may come only after the world was saved."""
         return self.world.tick >= self.tick_limit
+
+    async def advance(self, speed: float, turn_rate: float) -> Reading:
+        """Drive for a tick, m/s and rad/s, and sense."""
+        return self.world.step(speed, turn_rate)
+
+    def may_tick(
+        self, *, driven: bool, answered: bool, busy: bool, moving: bool, holding: bool
+    ) -> bool:
+        """Whether time may move by a tick in lockstep; see `xavier_sim.running._pacing`."""
+        return may_tick(driven=driven, answered=answered, busy=busy, moving=moving, holding=holding)
+
+    def open_desk(self, module: Module, outlet: Outlet, changed: Callable[[], None]) -> RobotDesk:
+        """Serve what is asked of the robot beside driving."""
+        return RobotDesk(self, module, outlet, changed)
 
     def saved(self) -> Saved:
         """What to keep now; the next `tick_limit` is in it, and counts once it is on disk."""
