@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from rogue import trace
@@ -56,7 +56,10 @@ class _Current:
 
 
 class Executor:
-    """Runs one operator at a time, durably, and keeps what it changed."""
+    """Runs one operator at a time, durably, and keeps what it changed.
+
+    ``after_step`` is awaited when a step has ended, before anything is planned on it.
+    """
 
     def __init__(
         self,
@@ -81,6 +84,7 @@ class Executor:
         self._recharge_after = 0.0
         self._still = contextlib.ExitStack()
         self.world = world
+        self.after_step: Callable[[], Awaitable[None]] = _nothing
 
     async def execute(
         self, operator: str, arguments: Sequence[str], request_ids: Iterable[str]
@@ -159,6 +163,7 @@ class Executor:
         if outcome.kind == "done" and step.operator != RECHARGE:
             cured = ARRIVED if step.operator in DRIVES else PASSING
             await self.world.take_up(room_of(step), cured)
+        await self.after_step()
         return outcome
 
     async def _outcome(self, step: Step) -> StepOutcome:
@@ -249,3 +254,7 @@ def _lines(verdict: Verdict) -> list[str]:
         for request in verdict.moved
     ]
     return [*map(trace.remark, said), ""] if said else []
+
+
+async def _nothing() -> None:
+    """What is done after a step before anybody cares."""

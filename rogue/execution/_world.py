@@ -38,6 +38,11 @@ class KnownWorld:
         hold = self._holds.get(request_id)
         return hold is not None and self._module.clock.now() < hold.until
 
+    def was_put_off(self, request_id: str, room: str, trouble: Trouble) -> bool:
+        """Whether an errand was put off for a trouble at a room that was not cured since."""
+        hold = self._holds.get(request_id)
+        return hold is not None and (hold.room, hold.trouble) == (room, trouble)
+
     def holds(self) -> list[Hold]:
         """What is put off now."""
         return [hold for name, hold in self._holds.items() if self.is_held(name)]

@@ -18,9 +18,13 @@ def office_monitors(
     conversation: Conversation,
     patience: Patience,
 ) -> MonitorRegistry:
-    """A registry that watches doors, items, people and the battery for open requests."""
+    """A registry that watches doors, items, people and the battery for open requests.
+
+    After each step of the executor what is known of doors is compared with what comes next.
+    """
+    doors = DoorWatcher(module, book, executor, conversation, patience)
     watchers = (
-        DoorWatcher(module, book, executor, conversation, patience),
+        doors,
         ItemWatcher(module, book, executor),
         PeopleWatcher(module, executor),
         BatteryWatcher(module, executor, conversation),
@@ -30,4 +34,5 @@ def office_monitors(
     def need() -> Needed:
         return needed(book.open_requests(), world.facts.tray, world.holds())
 
-    return MonitorRegistry(watchers, need)
+    executor.after_step = doors.review
+    return MonitorRegistry(watchers, need, doors.review)

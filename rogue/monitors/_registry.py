@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable
 
 from rogue.monitors._needed import Kind, Monitor, Needed
 
@@ -32,12 +32,19 @@ class Watcher(ABC):
 class MonitorRegistry:
     """Has watchers run while something depends on them.
 
-    ``need`` is asked what is needed, at once and whenever `update` was called.
+    ``need`` is asked what is needed, at once and whenever `update` was called; ``review`` is
+    awaited then, to compare what is known already with plans that have changed.
     """
 
-    def __init__(self, watchers: Iterable[Watcher], need: Callable[[], Needed]) -> None:
+    def __init__(
+        self,
+        watchers: Iterable[Watcher],
+        need: Callable[[], Needed],
+        review: Callable[[], Awaitable[None]],
+    ) -> None:
         self._watchers = list(watchers)
         self._need = need
+        self._review = review
         self._changed = asyncio.Event()
         self._listening: dict[Kind, asyncio.Task[None]] = {}
         self._on: dict[Monitor, tuple[str, ...]] = {}
@@ -60,6 +67,7 @@ class MonitorRegistry:
                     self._adjust(watcher, needed, group)
                 kinds = {watcher.kind for watcher in self._watchers}
                 self._on = {m: ids for m, ids in needed.items() if m.kind in kinds}
+                await self._review()
                 await self._changed.wait()
 
     def _adjust(self, watcher: Watcher, needed: Needed, group: asyncio.TaskGroup) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+from collections.abc import Iterator
 
 from rogue import trace
 from rogue.conversation import Conversation
@@ -47,42 +49,49 @@ class DoorWatcher(Watcher):
         self._world = executor.world
         self._conversation = conversation
         self._patience = patience
+        self._shut: set[str] = set()
+        self._reviewing = asyncio.Lock()
 
     async def listen(self) -> None:
         """Follow what is told of doors."""
         async with self._module.subscribe(DoorMoved) as news:
             async for moved in news:
-                if moved.room in self.subjects:
-                    await self._stands(moved.room, is_open=moved.open)
+                if moved.open:
+                    await self._opened(moved.room)
+                else:
+                    self._shut.add(moved.room)
+                    await self.review()
 
     async def look(self, subjects: frozenset[str]) -> None:
         """Ask how doors stand; where nothing can be asked, a robot finds out by driving there."""
+        del subjects
         try:
             doors = await self._module.query(WorldDoors())
         except TcaError as error:
             log.info("nobody knows how the doors stand: %s", error)
             return
-        for door in doors:
-            if door.room in subjects and not door.open:
-                await self._stands(door.room, is_open=False)
+        self._shut = {door.room for door in doors if not door.open}
+        await self.review()
 
-    async def _stands(self, room: str, *, is_open: bool) -> None:
-        if is_open:
-            freed = await self._world.take_up(room, {Trouble.BLOCKED})
-            await self._tell(
-                [f"The door of {room} is open again: {name} goes on." for name in freed]
-            )
-            return
+    async def review(self) -> None:
+        """Put off what would lead to a closed door next; once only, then the robot tries it."""
+        async with self._reviewing:
+            holds = list(self._at_closed_doors())
+            await self._world.put_off(holds)
+            await self._tell([f"{hold.request} is put off: {hold.reason}." for hold in holds])
+
+    def _at_closed_doors(self) -> Iterator[Hold]:
         until = self._module.clock.now() + self._patience.later
-        reason = f"the door of {room} is closed; trying again after {show_time(until)}"
-        holds = [
-            Hold(request.id, room, until, reason, Trouble.BLOCKED)
-            for request in self._book.open_requests()
-            if next_room(request, self._world.facts.tray) == room
-            and not self._world.is_held(request.id)
-        ]
-        await self._world.put_off(holds)
-        await self._tell([f"{hold.request} is put off: {hold.reason}." for hold in holds])
+        shut, facts = self._shut - {self._world.facts.room}, self._world.facts
+        for request in self._book.open_requests():
+            room = next_room(request, facts.tray)
+            if room in shut and not self._world.was_put_off(request.id, room, Trouble.BLOCKED):
+                yield Hold(request.id, room, until, _closed(room, until), Trouble.BLOCKED)
+
+    async def _opened(self, room: str) -> None:
+        self._shut.discard(room)
+        freed = await self._world.take_up(room, {Trouble.BLOCKED})
+        await self._tell([f"The door of {room} is open again: {name} goes on." for name in freed])
 
     async def _tell(self, sentences: list[str]) -> None:
         await self._conversation.tell_all(map(trace.remark, sentences))
@@ -179,3 +188,7 @@ class BatteryWatcher(Watcher):
             left = f"The battery is low ({battery.charge:.0%})."
             await self._conversation.tell(trace.remark(left))
         self._warned = battery.low
+
+
+def _closed(room: str, until: float) -> str:
+    return f"the door of {room} is closed; trying again after {show_time(until)}"

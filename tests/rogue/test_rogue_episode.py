@@ -113,6 +113,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 executor=executor,
                 conversation=conversation,
                 decisions=DecisionRecorder(store, module.clock),
+                servable=lambda: [r for r in book.open_requests() if not world.waits(r)],
                 told=told,
                 level=level,
             )

@@ -91,7 +91,12 @@ class Idle(Watcher):
 async def test_a_monitor_is_on_for_as_long_as_something_depends_on_it() -> None:
     wanted: dict[Monitor, tuple[str, ...]] = {}
     watcher = Idle()
-    registry = MonitorRegistry([watcher], lambda: wanted)
+    reviews: list[int] = []
+
+    async def review() -> None:
+        reviews.append(len(wanted))
+
+    registry = MonitorRegistry([watcher], lambda: wanted, review)
     running = asyncio.create_task(registry.run())
     await eventually(lambda: registry.on() == {} and watcher.begun == 0)
     for number, room in enumerate(("r-5303", "r-5313"), 1):
@@ -99,6 +104,7 @@ async def test_a_monitor_is_on_for_as_long_as_something_depends_on_it() -> None:
         registry.update()
         await eventually(partial(watcher.has_looked, number))
     assert (watcher.begun, watcher.ended) == (1, 0)
+    await eventually(lambda: reviews[-1] == 2)
     assert registry.on() == wanted
     wanted.clear()
     registry.update()
@@ -192,6 +198,32 @@ async def test_the_door_of_a_room_that_comes_later_puts_nothing_off(tmp_path):
 async def test_a_door_that_is_closed_already_is_not_driven_to(tmp_path):
     async with scene(tmp_path, closed=("r-5303",)) as at:
         await eventually(lambda: at.world.is_held("a"))
+
+
+async def test_a_closed_door_counts_from_when_it_is_the_next_one(tmp_path):
+    async with scene(tmp_path, closed=("r-5313",)) as at:
+        await at.executor.execute("acquire-item", ["r-5303", *MAIL], ["a"])
+        assert [(hold.request, hold.room) for hold in at.world.holds()] == [("a", "r-5313")]
+
+
+async def test_a_closed_door_is_waited_for_once_and_then_tried(tmp_path):
+    async with scene(tmp_path, closed=("r-5303",)) as at:
+        await eventually(lambda: at.world.is_held("a"))
+        await at.module.clock.advance(PATIENCE.later + 1.0)
+        await at.book.add(make_request("b", item="pickupcoffee"), None)
+        await eventually(lambda: at.world.is_held("b"))
+        assert not at.world.is_held("a")
+        at.module.hear(DoorMoved(room="r-5303", open=True, time=1700.0))
+        at.module.hear(DoorMoved(room="r-5303", open=False, time=1701.0))
+        await eventually(lambda: at.world.is_held("a"))
+
+
+async def test_the_door_of_the_room_where_the_robot_is_is_no_hindrance(tmp_path):
+    async with scene(tmp_path) as at:
+        await at.executor.execute("goto-pickup-loc", ["mitchell", "r-5303"], ["a"])
+        at.module.hear(DoorMoved(room="r-5303", open=False, time=1000.0))
+        await eventually(at.module.listeners[DoorMoved].is_drained)
+        assert at.world.holds() == []
 
 
 async def test_what_is_taken_in_passing_is_known_to_be_gone(tmp_path):
