@@ -36,7 +36,7 @@ XAVIER_CRUISE = 0.5
 
 
 class BaseProfile(BaseModel):
-    """The RWI B24 synchro-drive base: SI units."""
+    """A base on wheels, by default the RWI B24 synchro-drive: SI units."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -47,6 +47,9 @@ class BaseProfile(BaseModel):
     acceleration: float = 0.7
     braking: float = 1.4
     turn_acceleration: float = 3.0
+    """Of a synchro drive; a differential one turns as its wheels accelerate."""
+    track: float | None = Field(default=None, gt=0.0)
+    """Metres between the two wheels of a differential drive; None for a synchro drive."""
 
 
 class OdometryProfile(BaseModel):
@@ -73,6 +76,12 @@ class OdometryProfile(BaseModel):
     """Metres that the estimate jumps at a bump, in x and in y."""
     bump_turn: float = math.radians(1.0)
     """Radians that the heading jumps at a bump."""
+    slips_per_metre: float = 0.0
+    """How often the wheels lose their grip for a moment, on a threshold or a cable."""
+    slip_metres: float = 0.15
+    """What they count wrongly then over the way that follows, metres."""
+    slip_turn: float = math.radians(4.0)
+    """Radians that the heading jumps then."""
     slip: float = 0.3
     """Share of the motion that a wall prevented and the wheels report all the same."""
 
@@ -206,6 +215,7 @@ LIDAR = LaserProfile(
 """A scanner that measures the time of flight, as robots have since about 2000."""
 
 HARD = RobotProfile(
+    odometry=OdometryProfile(slips_per_metre=0.02),
     sonar=SonarProfile(
         rays=11,
         noise=0.02,
@@ -222,7 +232,18 @@ HARD = RobotProfile(
 )
 """Xavier as unkind as the papers say that it was."""
 
-MODERN = RobotProfile(sonar=None, lidar=LIDAR)
+MODERN = RobotProfile(
+    base=BaseProfile(track=0.45),
+    odometry=OdometryProfile(
+        scale_bias=0.005,
+        drift_bias=math.radians(0.15),
+        distance_noise=0.005,
+        drift_noise=math.radians(0.3),
+        turn_noise=math.radians(0.6),
+    ),
+    sonar=None,
+    lidar=LIDAR,
+)
 """A robot of today on the same floor."""
 
 PROFILES = {"hard": HARD, "modern": MODERN, "xavier": XAVIER}

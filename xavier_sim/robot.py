@@ -18,9 +18,8 @@ from xavier_sim.body import (
     Odometry,
     PeopleMet,
     RobotBody,
+    Wheels,
     clip_command,
-    next_speed,
-    next_turn_rate,
 )
 from xavier_sim.floors import Geometry
 from xavier_sim.messages import Corner
@@ -80,6 +79,7 @@ class Robot:
         rays: Rays = "numpy",
     ) -> None:
         self.profile, self._body, self._charger = profile, body, charger
+        self.wheels = Wheels(profile.base)
         self._odometry = Odometry(profile.odometry, seed)
         self.senses = Senses(profile, geometry, seed, rays=rays)
         self._bumpers = Bumpers()
@@ -87,7 +87,7 @@ class Robot:
         self.camera = Camera(geometry, profile.camera, seed)
         self.battery = Battery(profile.battery) if profile.battery else None
         self.metres = 0.0
-        self._wanted, self._wheels = (0.0, 0.0), 0.0
+        self._wanted, self._pushed = (0.0, 0.0), 0.0
         self._before = body.state
         self._touches: list[Contact] = []
         self._prevented = 0.0
@@ -135,9 +135,10 @@ class Robot:
 
     def push(self) -> None:
         """Set the wheels for the physics step that comes."""
-        base, state, (speed, turn_rate) = self.profile.base, self._body.state, self._wanted
-        self._wheels = next_speed(base, state.forward_speed(), speed)
-        self._body.push(self._wheels, next_turn_rate(base, state.turn_rate, turn_rate))
+        state = self._body.state
+        now = state.forward_speed(), state.turn_rate
+        self._pushed, turn_rate = self.wheels.drive(now, self._wanted)
+        self._body.push(self._pushed, turn_rate)
 
     def feel(self) -> None:
         """Take in what the last physics step touched, if anything."""
@@ -149,7 +150,7 @@ class Robot:
         self._prevented += (self._wanted[0] - state.forward_speed()) * PHYSICS_STEP
         for contact in contacts:
             if contact.person is not None:
-                closing = self._wheels * math.cos(contact.direction - state.theta)
+                closing = self._pushed * math.cos(contact.direction - state.theta)
                 self.people_met.touch(contact.person, max(0.0, closing))
 
     def switch_on(self) -> None:
@@ -202,6 +203,7 @@ class Robot:
         return {
             "metres": self.metres,
             "body": asdict(self._body.state),
+            "wheels": self.wheels.snapshot(),
             "odometry": self._odometry.snapshot(),
             **self.senses.snapshot(),
             "bumpers": self._bumpers.snapshot(),
@@ -214,10 +216,12 @@ class Robot:
     def restore(self, state: dict[str, Any], tick: int) -> None:
         """Go back to a snapshot of a robot with the same profile, at a tick.
 
-        One that is so old that it knows no camera, battery or people leaves them as they are.
+        One that is so old that it knows no camera, battery or wheels leaves them as they are.
         """
         self.metres = state["metres"]
         self._body.state = BodyState(**state["body"])
+        if "wheels" in state:
+            self.wheels.restore(state["wheels"])
         self._odometry.restore(state["odometry"])
         self.senses.restore(state)
         self._bumpers.restore(state["bumpers"])
@@ -233,18 +237,19 @@ class Robot:
     def _reckon(self, before: BodyState, now: BodyState) -> None:
         heading = (before.theta + now.theta) / 2
         ahead = (now.x - before.x) * math.cos(heading) + (now.y - before.y) * math.sin(heading)
-        slipped = self.profile.odometry.slip * self._prevented
-        self._odometry.move(ahead + slipped, now.theta - before.theta)
+        counted, turn = self.wheels.turned(ahead, now.theta - before.theta)
+        self._odometry.move(counted + self.profile.odometry.slip * self._prevented, turn)
 
     def _read(self, tick: int, sensed: Sensed, panels: int) -> Reading:
         state = self._body.state
+        speed, turn_rate = self.wheels.turned(state.forward_speed(), state.turn_rate)
         return Reading(
             tick=tick,
             sonar=sensed.sonar,
             sonar_fresh=sensed.sonar_fresh,
             odom=self._odometry.pose(),
-            speed=state.forward_speed(),
-            turn_rate=state.turn_rate,
+            speed=speed,
+            turn_rate=turn_rate,
             bump=panels,
             striper=sensed.striper,
             lidar=sensed.lidar,

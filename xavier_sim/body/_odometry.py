@@ -29,6 +29,7 @@ class Odometry:
         self._turn_scale = 1.0 + profile.turn_bias * float(draw())
         self.x, self.y, self.theta = 0.0, 0.0, 0.0
         self.slipping = 0.0
+        self._mishaps = stream(seed, "slips")
 
     def slip(self, metres: float, turn: float) -> None:
         """Count ``metres`` too much from now on (too little when negative), and turn at once.
@@ -39,7 +40,8 @@ class Odometry:
         self.theta = wrap(self.theta + turn)
 
     def move(self, distance: float, turn: float) -> None:
-        """Take in the true motion of one control tick: metres along the heading, radians."""
+        """Take in what the wheels turned in one control tick: metres ahead, radians."""
+        self._slip_by_chance(abs(distance))
         profile, draw = self._profile, self._random.standard_normal(3)
         root = math.sqrt(abs(distance))
         noise = profile.distance_noise * root * float(draw[0])
@@ -51,6 +53,13 @@ class Odometry:
         self.x += seen * math.cos(middle)
         self.y += seen * math.sin(middle)
         self.theta = wrap(self.theta + seen_turn)
+
+    def _slip_by_chance(self, metres: float) -> None:
+        often = self._profile.slips_per_metre * metres
+        if often > 0.0 and self._mishaps.random() < often:
+            metres_off, turn_off = self._mishaps.standard_normal(2)
+            profile = self._profile
+            self.slip(profile.slip_metres * float(metres_off), profile.slip_turn * float(turn_off))
 
     def _slipped(self, distance: float) -> float:
         """What the wheels count too much over a true ``distance``, metres."""
@@ -77,6 +86,7 @@ class Odometry:
             "errors": [self._scale, self._drift, self._turn_scale],
             "slipping": self.slipping,
             "random": stream_state(self._random),
+            "mishaps": stream_state(self._mishaps),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -85,6 +95,8 @@ class Odometry:
         self.slipping = state.get("slipping", 0.0)
         self._scale, self._drift, self._turn_scale = state["errors"]
         restore_stream(self._random, state["random"])
+        if "mishaps" in state:
+            restore_stream(self._mishaps, state["mishaps"])
 
 
 def wrap(angle: float) -> float:
