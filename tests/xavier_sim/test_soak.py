@@ -11,10 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from xavier_sim.floors import load_floor
-from xavier_sim.soak import Job, NavigatorError, Soak, SoakOptions, Way, load_factory
+from xavier_sim.profile import PROFILES
+from xavier_sim.running import RobotState, SimClock
+from xavier_sim.sensors import NoSensorError
+from xavier_sim.soak import FAULT_KINDS, Job, NavigatorError, Soak, SoakOptions, Way, load_factory
 from xavier_sim.soak._doors import DoorKeeper
 from xavier_sim.soak._histogram import Histogram
 from xavier_sim.soak._loading import make_navigator
+from xavier_sim.soak._mishaps import Mishaps
 from xavier_sim.soak._reaching import Reach
 from xavier_sim.world import World
 
@@ -44,11 +48,19 @@ def test_a_door_that_stays_shut_is_the_right_reason_to_give_up():
     assert not job.arrived
 
 
-def test_a_resumed_soak_is_the_same_bit_for_bit():
-    straight = soak_of(shut_share=0.3, door_moves_per_hour=60.0)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"shut_share": 0.3, "door_moves_per_hour": 60.0},
+        {"people": 1, "fault": "slip", "profile": "hard"},
+        {"fault": "sonar-stuck", "navigator_options": {"localizer": "odometry"}},
+    ],
+)
+def test_a_resumed_soak_is_the_same_bit_for_bit(options):
+    straight = soak_of(**options)
     straight.run_job()
     kept = json.loads(json.dumps(straight.snapshot()))
-    resumed = soak_of(shut_share=0.3, door_moves_per_hour=60.0)
+    resumed = soak_of(**options)
     resumed.restore(kept)
     assert straight.run_job() == resumed.run_job()
     assert straight.snapshot() == resumed.snapshot()
@@ -172,6 +184,30 @@ def test_quantiles_are_right_within_a_bin(values, share):
     assert below >= share * len(values) - 1e-6
     assert sum(value < found - 0.01 for value in values) < share * len(values) + 1e-6
     assert histogram.most == max(values)
+
+
+@pytest.mark.parametrize("kind", FAULT_KINDS)
+def test_each_kind_of_fault_is_done_when_it_is_due(kind):
+    world = World(load_floor(FLOOR), 0, PROFILES["hard"])
+    before = faults_of(world)
+    mishaps = Mishaps(kind, 1)
+    mishaps.begin(world)
+    world.tick = 36_000 if kind == "kidnap" else 6_000
+    mishaps.tend(world)
+    assert faults_of(world) != before
+    done = faults_of(world)
+    mishaps.tend(world)
+    assert faults_of(world) == done, "once only"
+
+
+def faults_of(world):
+    robot = world.snapshot()["robots"]["xavier"]
+    return json.dumps(robot), RobotState(world, SimClock(0.0), speed=None).fault_state()
+
+
+def test_a_sensor_that_is_not_there_cannot_fail():
+    with pytest.raises(NoSensorError):
+        soak_of(fault="laser")
 
 
 def job_of(**facts):

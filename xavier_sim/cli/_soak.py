@@ -11,9 +11,10 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
+from xavier_sim.cli._worlds import Count, ProfileName
 from xavier_sim.floors import DEFAULT_FLOOR
 from xavier_sim.snapshots import write_atomically
-from xavier_sim.soak import Job, SoakOptions, SoakRun, Spread, Summary
+from xavier_sim.soak import FaultKind, Job, SoakOptions, SoakRun, Spread, Summary
 from xavier_sim.soak import report as write_report
 
 LINES = 20
@@ -29,6 +30,10 @@ def soak(
     hours: Positive,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     map: str = DEFAULT_FLOOR,  # noqa: A002 - the flag is --map
+    profile: ProfileName = "xavier",
+    people: Count = 0,
+    carts: Count = 0,
+    fault: FaultKind | None = None,
     navigator: str = "navigate",
     localizer: str | None = None,
     sigma: Annotated[float, Parameter(validator=Number(gte=0.0, lte=0.2))] = 0.03,
@@ -48,6 +53,10 @@ def soak(
         hours: Simulated hours to go on for.
         seed: Seed of everything random, 0 or more.
         map: Floor plan: the name of a floor that comes with it, or a YAML file.
+        profile: The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar.
+        people: How many people walk the corridors and stand about in them.
+        carts: How many carts stand in the corridors, now here, now there.
+        fault: What is wrong with the robot, or goes wrong again and again.
         navigator: Name of an installed navigator, or module:factory.
         localizer: What tells the navigator where it is, if it has a choice: for navigate
             "particles" or "odometry".
@@ -62,6 +71,10 @@ def soak(
     options = SoakOptions(
         seed=seed,
         floor=map,
+        profile=profile,
+        people=people,
+        carts=carts,
+        fault=fault,
         navigator=navigator,
         navigator_options={"localizer": localizer} if localizer else {},
         survey_sigma=sigma,
@@ -178,6 +191,7 @@ def _rows(summary: Summary) -> list[tuple[str, object]]:
         *((f"{name} goals: right", f"{rate.right} of {rate.jobs}") for name, rate in rates.items()),
         ("false arrivals", summary.false_arrivals),
         ("bumps", summary.bumps),
+        ("people run into", summary.people_hit),
         ("recoveries per km", f"{summary.recoveries_per_km:.2f}"),
         ("rescues", summary.rescues),
         ("median speed, m/s", summary.median_speed),

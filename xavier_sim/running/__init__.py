@@ -1,5 +1,6 @@
 """The world as it runs on the bus: in lockstep or by the wall clock."""
 
+from xavier_sim.running._faults import make_fault
 from xavier_sim.running._outlet import Witness
 from xavier_sim.running._pacing import parse_speed
 from xavier_sim.running._reflex import Reflex
@@ -13,5 +14,6 @@ __all__ = [
     "RobotState",
     "SimClock",
     "Witness",
+    "make_fault",
     "parse_speed",
 ]

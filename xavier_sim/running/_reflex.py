@@ -7,6 +7,7 @@ at every control tick. A driver that is slow, silent or mistaken cannot overrule
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from xavier_sim.messages import (
     BUMP_PANELS,
@@ -59,6 +60,15 @@ class Reflex:
                 self._rooms[number] = room_before(number, float(reading.sonar[number]))
             else:
                 self._rooms[number] -= way
+
+    def snapshot(self) -> dict[str, Any]:
+        """What `restore` needs."""
+        return {"rooms": [self._rooms[number] for number in WATCH], "bump": self._bump}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a snapshot."""
+        self._rooms = dict(zip(WATCH, state["rooms"], strict=True))
+        self._bump = state["bump"]
 
     @property
     def room(self) -> float:

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tca_bus import Context, Module, TaskError
 from xavier_sim.floors import UnknownDoorError
 from xavier_sim.messages import (
-    AnyFault,
     Battery,
     BatteryState,
-    CameraPower,
     DoorMoved,
     DoorState,
     Fault,
     FaultState,
-    Kidnap,
-    LaserOffset,
     MoveDoor,
     PlateReading,
     ReadBattery,
     ReadPlate,
-    Slip,
-    SonarFault,
     TrueLocation,
     WhereReally,
     WorldDoors,
 )
+from xavier_sim.running._faults import make_fault
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.sensors import NoSensorError
 from xavier_sim.world import NotFreeError
@@ -97,7 +91,7 @@ class RobotDesk:
 
     async def _on_fault(self, query: Fault, _context: Context) -> FaultState:
         try:
-            self._make(query.fault)
+            make_fault(self._state.world, query.fault)
         except UnknownDoorError as error:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         except NotFreeError as error:
@@ -107,31 +101,6 @@ class RobotDesk:
         self._outlet.note(query)
         self._changed()
         return self._state.fault_state()
-
-    def _make(self, fault: AnyFault) -> None:
-        robot = self._state.robot
-        match fault:
-            case CameraPower(on=on):
-                robot.camera.is_on = on
-            case Slip(metres=metres, turn=turn):
-                robot.slip(metres, turn)
-            case SonarFault(number=number, state="sound"):
-                robot.senses.mend_sonar(number)
-            case SonarFault(number=number, state="dead"):
-                robot.senses.stick_sonar(number, math.inf)
-            case SonarFault(number=number, metres=metres):
-                robot.senses.stick_sonar(number, metres)
-            case LaserOffset(metres=metres, turn=turn):
-                robot.senses.knock_lasers(metres, turn)
-            case Kidnap():
-                self._state.world.kidnap(*self._destination(fault), fault.theta)
-
-    def _destination(self, fault: Kidnap) -> tuple[float, float]:
-        if fault.room is not None:
-            return self._state.world.place_of(fault.room)
-        if fault.x is not None and fault.y is not None:
-            return fault.x, fault.y
-        return self._state.robot.beside(fault.ahead, fault.left)
 
 
 def _differ(one: BatteryState, other: BatteryState) -> bool:

@@ -31,6 +31,7 @@ class Watch:
         truth = world.truth()
         self._start, self._tick = truth.space, truth.tick
         self._metres, self._bumps = truth.metres, truth.bumps
+        self._hit = truth.people_hit
         self._worst = 0.0
         self._open, self._shut = 0, 0
         self.doors_moved()
@@ -75,6 +76,7 @@ class Watch:
             confidence=round(report.position.confidence, 4),
             recoveries=report.recoveries,
             bumps=truth.bumps - self._bumps,
+            people_hit=truth.people_hit - self._hit,
         )
 
     def _way(self) -> Way:

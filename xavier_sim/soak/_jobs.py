@@ -37,7 +37,8 @@ class Job(BaseModel):
     """One errand: metres, seconds, and what came of it.
 
     ``reason`` is None for a reported arrival, ``off`` then the metres from the place of the room;
-    ``worst_off`` is the greatest distance between belief and truth on the way.
+    ``worst_off`` is the greatest distance between belief and truth on the way. ``people_hit``
+    counts contacts in which the robot came towards somebody faster than 0.1 m/s.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -55,6 +56,7 @@ class Job(BaseModel):
     confidence: float
     recoveries: int
     bumps: int
+    people_hit: int = 0
 
     @property
     def arrived(self) -> bool:

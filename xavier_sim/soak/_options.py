@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.soak._mishaps import FaultKind
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -27,6 +28,10 @@ class SoakOptions(BaseModel):
     floor: str = DEFAULT_FLOOR
     navigator: str = "navigate"
     navigator_options: dict[str, str] = {}
+    profile: Literal["hard", "modern", "xavier"] = "xavier"
+    people: int = Field(default=0, ge=0, le=200)
+    carts: int = Field(default=0, ge=0, le=200)
+    fault: FaultKind | None = None
     survey_sigma: float = Field(default=0.03, ge=0.0, le=0.2)
     shut_share: Share = 0.1
     door_moves_per_hour: float = Field(default=1.0, ge=0.0, le=3600.0)

@@ -80,6 +80,7 @@ def _figures(summary: Summary) -> list[Row]:
         ("goals whose way changed: either", _rate(summary.changing)),
         ("false arrivals", summary.false_arrivals),
         ("bumps", summary.bumps),
+        ("people run into above 0.1 m/s", summary.people_hit),
         ("recoveries per km", summary.recoveries_per_km),
         ("rescues by people", summary.rescues),
         ("median speed of a job, m/s", summary.median_speed),

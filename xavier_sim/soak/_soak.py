@@ -6,14 +6,15 @@ from typing import Any
 
 from xavier_sim.floors import load_floor, survey_floor
 from xavier_sim.messages import Sensors
-from xavier_sim.profile import TICK
-from xavier_sim.running import RobotState, SimClock
+from xavier_sim.profile import PROFILES, TICK
+from xavier_sim.running import Reflex, RobotState, SimClock
 from xavier_sim.soak._contract import NavigatorCore
 from xavier_sim.soak._doors import DoorKeeper
 from xavier_sim.soak._drive import Watch
 from xavier_sim.soak._errands import DoorTrials, Errands, Goal, RandomErrands
 from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job
 from xavier_sim.soak._loading import make_navigator
+from xavier_sim.soak._mishaps import Mishaps
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._reaching import Reach
 from xavier_sim.soak._tally import Tally
@@ -35,12 +36,21 @@ class Soak:
     Raises:
         FloorError: the floor of the options is none.
         NavigatorError: the navigator of the options cannot be had.
+        NoRoomError: there are more people or carts than the floor has room for.
+        NoSensorError: a sensor is to fail that the robot has not.
     """
 
     def __init__(self, options: SoakOptions) -> None:
         self.options = options
         plan = load_floor(options.floor)
-        self.world = World(plan, options.seed)
+        self.world = World(
+            plan,
+            options.seed,
+            PROFILES[options.profile],
+            people=options.people,
+            carts=options.carts,
+            rays="auto",
+        )
         self.tally = Tally()
         self._robot = RobotState(self.world, SimClock(EPOCH), speed=None)
         surveyed = survey_floor(plan, sigma=options.survey_sigma, seed=options.seed)
@@ -60,6 +70,10 @@ class Soak:
             if options.doors_in_and_out
             else RandomErrands(plan, options.seed)
         )
+        self._mishaps = Mishaps(options.fault, options.seed)
+        self._mishaps.begin(self.world)
+        self._reflex = Reflex()
+        self._reflex.sense(self.world.reading)
         self._unlucky = 0
         self.driving = False
         self._sensors = self._robot.sensors()
@@ -90,6 +104,8 @@ class Soak:
             "world": self.world.snapshot(),
             "navigator": self.navigator.freeze(),
             "doors": self._doors.snapshot(),
+            "mishaps": self._mishaps.snapshot(),
+            "reflex": self._reflex.snapshot(),
             "errands": self._errands.snapshot(),
             "unlucky": self._unlucky,
             "tally": self.tally.snapshot(),
@@ -100,6 +116,8 @@ class Soak:
         self.world.restore(state["world"])
         self.navigator.thaw(state["navigator"])
         self._doors.restore(state["doors"])
+        self._mishaps.restore(state["mishaps"])
+        self._reflex.restore(state["reflex"])
         self._errands.restore(state["errands"])
         self._unlucky = state["unlucky"]
         self.tally.restore(state["tally"])
@@ -124,7 +142,9 @@ class Soak:
         watch.look(self.navigator.pose, self._sensors, self.tally)
 
     def _step(self) -> Sensors:
-        self.world.step(self._wheels.speed, self._wheels.turn)
+        command = self._reflex.allow(self._wheels.speed, self._wheels.turn)
+        self._reflex.sense(self.world.step(*command))
+        self._mishaps.tend(self.world)
         return self._robot.sensors()
 
     def _rest(self, watch: Watch) -> None:

@@ -42,7 +42,8 @@ class Summary(BaseModel):
     ``reasons``: those that the navigator gave, and ``elsewhere`` for false arrivals.
     ``reachable`` are jobs to which the doors left a way at all times, right when completed;
     ``unreachable`` those to which they left none, right when given up for that; ``changing`` the
-    rest, right either way. Times are simulated seconds but for ``wall_seconds`` and
+    rest, right either way. ``people_hit`` counts contacts in which the robot came towards somebody
+    faster than 0.1 m/s. Times are simulated seconds but for ``wall_seconds`` and
     ``cpu_seconds``; ``real_time_factor`` is by the wall, ``cpu_time_factor`` by processor time.
     Distances are metres, speeds metres per second, memory megabytes at its peak.
     """
@@ -63,6 +64,7 @@ class Summary(BaseModel):
     reachable: Rate
     unreachable: Rate
     changing: Rate
+    people_hit: int
     rescues: int
     door_moves: int
     median_speed: float | None
@@ -95,6 +97,7 @@ def summarise(tally: Tally, *, seconds: float, cost: Cost, options: SoakOptions)
         reachable=_rate(jobs, Way.OPEN),
         unreachable=_rate(jobs, Way.SHUT),
         changing=_rate(jobs, Way.CHANGING),
+        people_hit=sum(job.people_hit for job in jobs),
         rescues=tally.rescues,
         door_moves=tally.door_moves,
         median_speed=median_speed(jobs),

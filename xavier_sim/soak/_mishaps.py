@@ -1,0 +1,87 @@
+"""What goes wrong during a soak: one kind of fault, once for all or again and again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from xavier_sim.messages import AnyFault, CameraPower, Kidnap, LaserOffset, Slip, SonarFault
+from xavier_sim.noise import restore_stream, stream, stream_state
+from xavier_sim.profile import TICK
+from xavier_sim.running import make_fault
+from xavier_sim.world import NotFreeError, World
+
+FaultKind = Literal["camera", "kidnap", "laser", "slip", "sonar-dead", "sonar-stuck"]
+
+FAULT_KINDS: tuple[FaultKind, ...] = get_args(FaultKind)
+
+LASTING: dict[str, AnyFault] = {
+    "camera": CameraPower(on=False),
+    "laser": LaserOffset(metres=0.1, turn=math.radians(3.0)),
+    "sonar-dead": SonarFault(number=0, state="dead"),
+    "sonar-stuck": SonarFault(number=2, state="stuck", metres=0.5),
+}
+"""Faults from the first tick to the last: the sonar that looks ahead hears nothing, or the one 30
+degrees to its left hears something half a metre away."""
+
+Random = np.random.Generator
+
+
+def _slipped(random: Random, _world: World) -> AnyFault:
+    """Wheels that count half a metre wrong, give or take, and a heading that jumps by degrees."""
+    metres, turn = random.normal(0.0, 0.5), random.normal(0.0, math.radians(3.0))
+    return Slip(metres=float(metres), turn=float(turn))
+
+
+def _kidnapped(random: Random, world: World) -> AnyFault:
+    """The robot in another room, looking anywhere."""
+    rooms = sorted(world.plan.places)
+    room = rooms[int(random.integers(len(rooms)))]
+    return Kidnap(room=room, theta=float(random.uniform(-math.pi, math.pi)))
+
+
+AGAIN: dict[str, tuple[float, Callable[[Random, World], AnyFault]]] = {
+    "kidnap": (3600.0, _kidnapped),
+    "slip": (600.0, _slipped),
+}
+"""Faults that come again after so many simulated seconds."""
+
+
+class Mishaps:
+    """Does the faults of one kind to a world, or none."""
+
+    def __init__(self, kind: FaultKind | None, seed: int) -> None:
+        self._kind, self._random = kind, stream(seed, "soak-mishaps")
+        self._next = round(AGAIN[kind][0] / TICK) if kind in AGAIN else None
+
+    def begin(self, world: World) -> None:
+        """Do what lasts to a new world.
+
+        Raises:
+            NoSensorError: the robot has no sensor of the kind that is to fail.
+        """
+        if self._kind in LASTING:
+            make_fault(world, LASTING[self._kind])
+
+    def tend(self, world: World) -> None:
+        """Do what is due at this tick; a robot that fits nowhere is moved at the next one."""
+        if self._next is None or self._kind is None or world.tick < self._next:
+            return
+        pause, fault = AGAIN[self._kind]
+        try:
+            make_fault(world, fault(self._random, world))
+        except NotFreeError:
+            return
+        self._next += round(pause / TICK)
+
+    def snapshot(self) -> dict[str, Any]:
+        """What `restore` needs."""
+        return {"next": self._next, "random": stream_state(self._random)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a snapshot."""
+        self._next = state["next"]
+        restore_stream(self._random, state["random"])
