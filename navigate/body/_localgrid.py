@@ -8,6 +8,7 @@ reduced to a few of its rays.
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ _STEPS: Floats = np.arange(0.05, REACH, CELL)
 
 class LocalGrid:
     """Evidence (64, 64) in log odds; a cell is found by its coordinates modulo the side."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_evidence", "_corner")
 
     def __init__(self) -> None:
         self._evidence: Floats = np.zeros((SIDE, SIDE))

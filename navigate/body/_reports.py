@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from navigate.body._localgrid import LocalGrid
 from navigate.body._odometry import Motion, Pose, moved
 from navigate.body._sonarring import wrap
-from navigate.maps import Floats
+from navigate.maps import Floats, Point
 
 QUARTER = math.pi / 2
 
@@ -46,11 +47,17 @@ class Turned:
 class MotionReports:
     """Adds up motions and reports them when they amount to something."""
 
-    def __init__(self, theta: float = 0.0) -> None:
+    STATE: ClassVar[tuple[str, ...]] = ("pose", "axis", "_heading", "_mark")
+
+    def __init__(self) -> None:
+        self.begin(0.0)
+
+    def begin(self, theta: float) -> None:
+        """Begin anew in a robot that looks ``theta`` radians to the left of the walls' axis."""
         self.pose: Pose = (0.0, 0.0, theta)
         self.axis = 0.0
-        self._heading = round(theta / QUARTER)
-        self._mark = (0.0, 0.0)
+        self._heading = round(theta / QUARTER) % 4
+        self._mark: Point = (0.0, 0.0)
 
     def align(self, axis: float) -> None:
         """Take the walls to stand at ``axis`` radians, in dead reckoning, or a quarter from it."""

@@ -30,7 +30,7 @@ async def run(
     Args:
         map: Floor plan file, or the name of one that comes with the package.
         seed: Of the position estimate's random numbers, 0 or more.
-        localizer: What estimates the position: a particle filter, or odometry alone.
+        localizer: What estimates the position: a particle filter, a POMDP, or odometry alone.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """

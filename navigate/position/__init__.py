@@ -6,6 +6,7 @@ from navigate.position._expected import ExpectedRanges
 from navigate.position._localizer import Belief, Estimate, Localizer
 from navigate.position._particles import ParticleFilter
 from navigate.position._policy import Choice, Directive, Picking, Policy
+from navigate.position._pomdp import PomdpLocalizer
 from navigate.position._reckoning import DeadReckoning
 
 __all__ = [
@@ -21,5 +22,6 @@ __all__ = [
     "ParticleFilter",
     "Picking",
     "Policy",
+    "PomdpLocalizer",
     "make_localizer",
 ]

@@ -7,13 +7,16 @@ from typing import Literal
 from navigate.maps import Floor
 from navigate.position._localizer import Localizer
 from navigate.position._particles import ParticleFilter
+from navigate.position._pomdp import PomdpLocalizer
 from navigate.position._reckoning import DeadReckoning
 
-LocalizerName = Literal["particles", "odometry"]
+LocalizerName = Literal["particles", "pomdp", "odometry"]
 
 
 def make_localizer(name: LocalizerName, floor: Floor, *, seed: int = 0) -> Localizer:
     """The localizer of that name; ``seed`` is of its random numbers, if it draws any."""
     if name == "odometry":
         return DeadReckoning(floor)
+    if name == "pomdp":
+        return PomdpLocalizer(floor)
     return ParticleFilter(floor, seed=seed)

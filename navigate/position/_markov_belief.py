@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from navigate.body import Front, Moved, Pose, Side, Turned, wrap
 from navigate.maps import Floats, Floor, Point
@@ -16,8 +19,13 @@ from navigate.position._topology import build_topology
 ANYWHERE = 0.002
 """What every sensor report leaves for the chance to be anywhere: never completely lost."""
 
+LOOKING = 0.3
+"""Cosine of the angle to a heading from which a state looks about along it."""
+
 FAINT = 1e-6
 """Mass of a state below which it is not told."""
+
+_LOOKS: Floats = np.array([wrap(quarter * math.pi / 2) for quarter in range(TURNS)])
 
 
 class MarkovBelief:
@@ -25,6 +33,8 @@ class MarkovBelief:
 
     Starts knowing nothing: even over all states.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = ("chances",)
 
     def __init__(self, model: MarkovModel, features: Features) -> None:
         self.model, self._features = model, features
@@ -40,15 +50,21 @@ class MarkovBelief:
         """Take the robot to be anywhere, with a chance of ``share``."""
         self.chances = (1.0 - share) * self.chances + share / self.model.size
 
-    def know(self, pose: Pose, *, spread: float = 0.5, turn_spread: float = 0.2) -> None:
-        """Believe to be at ``pose``, give or take: standard deviations in metres and radians."""
+    def know(
+        self, pose: Pose, *, spread: float = 0.5, turn_spread: float = 0.2, share: float = 1.0
+    ) -> None:
+        """Believe to be at ``pose``, give or take: standard deviations in metres and radians.
+
+        With a ``share`` below 1 what was believed before keeps the rest.
+        """
         at = self.model.locations.at
         doubt = max(spread, 0.4)
         away = np.hypot(at[:, 0] - pose[0], at[:, 1] - pose[1])
         near = np.exp(-0.5 * ((away - away.min()) / doubt) ** 2)
-        turns = np.array([wrap(pose[2] - quarter * math.pi / 2) for quarter in range(TURNS)])
+        turns = np.array([wrap(pose[2] - look) for look in _LOOKS.tolist()])
         facing = np.exp(-0.5 * (turns / max(turn_spread, 0.35)) ** 2)
-        self._set(np.outer(facing + 1e-9, near).ravel())
+        there = np.outer(facing + 1e-9, near).ravel()
+        self._set((1.0 - share) * self.chances + share * there / there.sum())
 
     def report(self, report: Moved | Turned) -> None:
         """Take in a motion report."""
@@ -63,6 +79,13 @@ class MarkovBelief:
         if likelihood is not None:
             self._set(self.chances * likelihood)
             self.forget(ANYWHERE)
+
+    def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
+        """Take in a sight, right with probability ``sure``, to be had near one of ``spots``."""
+        at, near = self.model.locations.at, np.zeros(len(self.model.locations), dtype=np.bool_)
+        for x, y in spots:
+            near |= np.hypot(at[:, 0] - x, at[:, 1] - y) <= within
+        self._set(self.chances * np.tile(np.where(near, sure, 1.0 - sure), TURNS))
 
     @property
     def entropy(self) -> float:
@@ -81,29 +104,43 @@ class MarkovBelief:
         close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
         return float(self.places[close].sum())
 
+    def mass(self, at: Point, *, within: float, heading: float) -> float:
+        """The mass of the states ``within`` metres of a point that look about along a heading."""
+        locations = self.model.locations.at
+        close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
+        turns = np.cos(np.arange(TURNS) * math.pi / 2 - heading)
+        return float(self.chances.reshape(TURNS, -1)[turns > LOOKING][:, close].sum())
+
     def likely(self) -> Pose:
         """The most likely state: the middle of its cell, and the direction it looks in."""
-        return self._pose(int(self.chances.argmax()))
+        x, y, theta = self._poses(np.array([self.chances.argmax()]))[0].tolist()
+        return (x, y, theta)
 
-    def candidates(self, most: int) -> list[tuple[Pose, float]]:
-        """The most likely states, each with its chance, the best first."""
-        order = np.argsort(-self.chances, kind="stable")[:most]
-        return [(self._pose(int(state)), float(self.chances[state])) for state in order]
+    def around(
+        self, at: Point, *, within: float, astray: float, most: int
+    ) -> tuple[Floats, Floats]:
+        """The likely states ``within`` metres of a point, ``most`` of them at most.
+
+        Returns:
+            Poses (n, 3), and the mass of each if any of them may be right with ``astray``.
+        """
+        locations = self.model.locations.at
+        close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
+        states = np.flatnonzero(np.tile(close, TURNS))
+        mass = (1.0 - astray) * self.chances[states] + astray / max(1, len(states))
+        order = np.argsort(-mass, kind="stable")[:most]
+        return self._poses(states[order]), mass[order]
 
     def tell(self) -> Belief:
         """The belief as it is published, without what is fainter than `FAINT`."""
         told = np.flatnonzero(self.chances > FAINT)
         order = told[np.argsort(-self.chances[told], kind="stable")]
-        headings, spots = np.divmod(order, len(self.model.locations))
-        theta = np.array([wrap(quarter * math.pi / 2) for quarter in range(TURNS)])[headings]
-        poses = np.column_stack([self.model.locations.at[spots], theta])
         shares = self.chances[order]
-        return Belief(poses, shares / shares.sum())
+        return Belief(self._poses(order), shares / shares.sum())
 
-    def _pose(self, state: int) -> Pose:
-        heading, spot = divmod(state, len(self.model.locations))
-        x, y = self.model.locations.at[spot]
-        return (float(x), float(y), wrap(heading * math.pi / 2))
+    def _poses(self, states: NDArray[np.intp]) -> Floats:
+        headings, spots = np.divmod(states, len(self.model.locations))
+        return np.column_stack([self.model.locations.at[spots], _LOOKS[headings]])
 
     def _set(self, weights: Floats) -> None:
         total = float(weights.sum())

@@ -33,6 +33,9 @@ TOO_FAR = 3600.0
 STOP_BESIDE = 600.0
 """Cost of stopping where the goal is not, seconds."""
 
+AT_GOAL = 0.8
+"""Metres from a goal within which a location is at it; the nearest is in any case."""
+
 SETTLED = 0.01
 """Seconds by which the last sweep changes costs at most."""
 
@@ -63,14 +66,15 @@ class Policy:
 
     Args:
         model: states and motions.
-        goal: a point in metres; the locations nearest to it are the goal.
+        goal: a point in metres; the locations at it are the goal.
     """
 
     def __init__(self, model: MarkovModel, goal: Point) -> None:
         self._model = model
         at = model.locations.at
         away = np.hypot(at[:, 0] - goal[0], at[:, 1] - goal[1])
-        self.goals: NDArray[np.bool_] = np.tile(away <= away.min() + 0.3, TURNS)
+        reached = away <= max(float(away.min()), AT_GOAL)
+        self.goals: NDArray[np.bool_] = np.tile(reached, TURNS)
         self._leads = _Leads(model)
         self.costs = self._costs_to_go()
         self._values = self._directives()

@@ -1,0 +1,255 @@
+"""The localizer that the papers tell of: a POMDP says which cell, a tracker where within it.
+
+The Markov belief takes only reports: a metre moved, a quarter turned, a wall or an opening seen.
+It may have several peaks, and is never quite sure; the tracker follows one of them to the
+centimetre by the walls and jambs around, so that the robot gets through doors. Where the two
+disagree for long, or the tracker's readings contradict the map, the robot is lost, and looks for
+a pose that fits what is heard among the likely cells. After Koenig & Simmons (1998).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from navigate.body import (
+    BEARINGS,
+    LocalGrid,
+    Motion,
+    MotionReports,
+    Moved,
+    Pose,
+    find_axis,
+    fresh_sonars,
+    look_aside,
+    look_front,
+)
+from navigate.maps import Floats, Floor, Point
+from navigate.position._beacons import BeaconTracker
+from navigate.position._localizer import Belief, Estimate
+from navigate.position._markov_belief import MarkovBelief
+from navigate.position._policy import Choice, Picking, Policy
+from navigate.position._sonar_model import SonarModel
+
+MEMORY = 0.012
+"""Weight of a new reading in the running share of readings that agree."""
+
+LOST_AGREEMENT = 0.5
+FOUND_AGREEMENT = 0.8
+LOST_DEVIATION = 1.2
+LOST_MASS = 0.02
+"""Mass of belief near the tracked pose below which it is not to be driven on."""
+
+FOUND_MASS = 0.5
+"""Share of the candidates' likelihood that one pose must have to be taken."""
+
+SUPPORT = 1.6
+"""Metres from the tracked pose within which cells speak for it: it may lie between two."""
+
+CONTRADICTED = 0.3
+"""What is left for the chance to be anywhere, at each report, while readings contradict."""
+
+STATES = 1200
+"""Likely states among which a lost robot looks for a pose that fits."""
+
+ASTRAY = 0.3
+"""What a lost robot leaves for the chance to be in any cell around, whatever it believed."""
+
+RING_TEMPER = 0.5
+"""Exponent of the likelihood of a whole ring: its readings err together."""
+
+FOUND_SHARE = 0.8
+"""Mass that a pose is given that fits a ring of readings where the robot was lost."""
+
+SAME = 0.8
+"""Metres within which two poses that fit are the same."""
+
+_OFFSETS: Floats = np.array(
+    [(x, y, turn) for x in (-0.45, 0.0, 0.45) for y in (-0.45, 0.0, 0.45) for turn in (-0.1, 0.1)]
+)
+
+
+class PomdpLocalizer:
+    """The Markov belief and the tracker together.
+
+    Args:
+        floor: the map.
+        known: whether the robot starts where the map says, rather than anywhere.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = (
+        "agreement", "markov", "_tracker", "_reports", "_grid", "_support",
+    )  # fmt: skip
+
+    def __init__(self, floor: Floor, *, known: bool = True) -> None:
+        self._sonar = SonarModel(floor)
+        self.markov = MarkovBelief.of_floor(floor)
+        self._tracker = BeaconTracker(floor)
+        self._reports = MotionReports()
+        self._grid = LocalGrid()
+        self.agreement, self._support = 1.0, 1.0
+        start = floor.plan.start
+        self.place((start.x, start.y, floor.plan.start_heading))
+        if not known:
+            self.forget()
+
+    @property
+    def estimate(self) -> Estimate:
+        """The tracked pose."""
+        covariance = self._tracker.covariance
+        spread = math.sqrt(float(covariance[0, 0] + covariance[1, 1]))
+        turn_spread = math.sqrt(float(covariance[2, 2]))
+        return Estimate(*self._tracker.pose, spread, turn_spread, self.agreement)
+
+    @property
+    def lost(self) -> bool:
+        """Whether readings contradict the tracked pose, or belief has left it."""
+        wide = self.estimate.deviation > LOST_DEVIATION
+        return wide or self.agreement < LOST_AGREEMENT or self._support < LOST_MASS
+
+    @property
+    def entropy(self) -> float:
+        """Of the Markov belief, bits."""
+        return self.markov.entropy
+
+    def belief(self) -> Belief:
+        """The Markov belief."""
+        return self.markov.tell()
+
+    def policy(self, goal: Point) -> Policy:
+        """The directives that lead to a point in metres."""
+        return Policy(self.markov.model, goal)
+
+    def advise(self, policy: Policy, *, picking: Picking = "voting") -> Choice:
+        """What to do next on the way that a policy leads."""
+        return policy.choose(self.markov.chances, picking=picking)
+
+    def forget(self) -> None:
+        """Know nothing: the robot may be anywhere."""
+        self.markov.forget()
+        self._tracker.widen(spread=20.0, turn_spread=2.0)
+        self._weigh()
+
+    def place(self, pose: Pose, *, spread: float = 0.05, turn_spread: float = 0.03) -> None:
+        """Believe to be at ``pose``, give or take: standard deviations in metres and radians."""
+        self._tracker.place(pose, spread=spread, turn_spread=turn_spread)
+        self._reports.begin(pose[2])
+        self._grid.clear()
+        self.markov.know(pose, spread=spread, turn_spread=turn_spread)
+        self.agreement = 1.0
+        self._weigh()
+
+    def widen(self, *, spread: float, turn_spread: float) -> None:
+        """Doubt the position more: somebody may have moved the robot unseen."""
+        self._tracker.widen(spread=spread, turn_spread=turn_spread)
+
+    def move(self, motion: Motion) -> None:
+        """Take in a motion; once it comes to a metre, also what was seen on the way."""
+        if motion.still():
+            return
+        self._tracker.move(motion)
+        self._align()
+        for report in self._reports.move(motion):
+            self.markov.report(report)
+            if isinstance(report, Moved):
+                self._see()
+            self._weigh()
+        self._grid.follow(*self._reports.pose[:2])
+
+    def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
+        """Enter the fresh ones of 24 ``ranges`` in the grid, and track by them."""
+        heard = np.array(fresh_sonars(fresh), dtype=np.intp)
+        self._grid.hear(self._reports.pose, BEARINGS[heard], ranges[heard])
+        heard = heard[np.isfinite(ranges[heard])]
+        if len(heard) == 0:
+            return
+        agrees = self._tracker.sense(BEARINGS[heard], ranges[heard], still=still)
+        memory = MEMORY * (0.3 if still else 1.0)
+        for one in agrees.tolist():
+            self.agreement += memory * (one - self.agreement)
+
+    def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
+        """Weigh the cells by a sight that is to be had near one of ``spots``."""
+        self.markov.notice(spots, within=within, sure=sure)
+        self._weigh()
+
+    def mass_near(self, x: float, y: float, *, within: float) -> float:
+        """The belief that lies ``within`` metres of a point, 0 to 1.
+
+        Cells that speak for the tracked pose count as far as that pose is likely to be there.
+        """
+        here = self.estimate
+        away = math.dist((here.x, here.y), (x, y))
+        sigma = max(here.deviation / math.sqrt(2.0), 0.02)
+        inside = 0.5 * (1.0 + math.erf((within - away) / (sigma * math.sqrt(2.0))))
+        others = max(0.0, self.markov.near((x, y), within=within) - self._support)
+        return min(1.0, self._support * inside + others)
+
+    def fit(self, pose: Pose, ranges: Floats) -> float:
+        """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
+        return self._sonar.fit(pose, ranges)
+
+    def recover(self, ranges: Floats, *, radius: float) -> bool:
+        """Look for a pose that fits a ring of readings, among likely cells within ``radius``."""
+        heard = np.flatnonzero(np.isfinite(ranges))
+        poses, mass = self._candidates(radius)
+        if len(heard) == 0 or len(poses) == 0:
+            return False
+        x, y, theta = poses.T
+        fits = self._sonar.log_likelihood(x, y, theta, ranges[heard], BEARINGS[heard])
+        weights = RING_TEMPER * fits + np.log(mass)
+        shares = np.exp(weights - weights.max())
+        best = poses[int(shares.argmax())]
+        same = np.hypot(poses[:, 0] - best[0], poses[:, 1] - best[1]) < SAME
+        same &= np.cos(poses[:, 2] - best[2]) > 0.7
+        if shares[same].sum() < FOUND_MASS * shares.sum():
+            return False
+        return self._settle(poses[same], shares[same] / shares[same].sum(), ranges)
+
+    def _candidates(self, radius: float) -> tuple[Floats, Floats]:
+        """Poses (n, 3) in and around likely cells, with the mass of each."""
+        middles, mass = self.markov.around(
+            self._tracker.pose[:2], within=radius, astray=ASTRAY, most=STATES
+        )
+        poses = (middles[:, None] + (0.0, 0.0, self._reports.turned) + _OFFSETS).reshape(-1, 3)
+        return poses, np.repeat(mass, len(_OFFSETS))
+
+    def _settle(self, poses: Floats, shares: Floats, ranges: Floats) -> bool:
+        """Track on from the mean of some poses, if it fits."""
+        x, y = (float(shares @ poses[:, axis]) for axis in (0, 1))
+        sin, cos = float(shares @ np.sin(poses[:, 2])), float(shares @ np.cos(poses[:, 2]))
+        pose = (x, y, math.atan2(sin, cos))
+        fits = self._sonar.fit(pose, ranges)
+        if fits < FOUND_AGREEMENT:
+            return False
+        self._tracker.place(pose, spread=0.25, turn_spread=0.1)
+        self._align()
+        self.markov.know(pose, share=FOUND_SHARE)
+        self.agreement = fits
+        self._weigh()
+        return not self.lost
+
+    def _align(self) -> None:
+        """Tell the axis of the walls by the tracker, or by the walls while that is lost."""
+        if self.agreement >= LOST_AGREEMENT:
+            self._reports.align(self._reports.pose[2] - self._tracker.pose[2])
+
+    def _see(self) -> None:
+        if self.agreement < LOST_AGREEMENT:
+            self.markov.forget(CONTRADICTED * (LOST_AGREEMENT - self.agreement) / LOST_AGREEMENT)
+            if (axis := find_axis(self._grid)) is not None:
+                self._reports.align(axis)
+        facing = self._reports.facing
+        self.markov.see(
+            look_front(self._grid, facing),
+            look_aside(self._grid, facing, left=True),
+            look_aside(self._grid, facing, left=False),
+        )
+
+    def _weigh(self) -> None:
+        """How much of the belief speaks for the tracked pose."""
+        x, y, theta = self._tracker.pose
+        self._support = self.markov.mass((x, y), within=SUPPORT, heading=theta)

@@ -1,0 +1,139 @@
+"""The POMDP as a localizer: tracking within cells, getting lost, being found."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from navigate_rings import ALL, TRUE, ring
+
+from navigate.body import BEARINGS, Motion, wrap
+from navigate.freezing import freeze, thaw
+from navigate.position import Directive, PomdpLocalizer
+from navigate.position._beacons import BeaconTracker, _nearest
+
+NORTH = math.pi / 2
+
+
+def tracker_at(pose, spread=0.1, turn_spread=0.1):
+    tracker = BeaconTracker(TRUE)
+    tracker.place(pose, spread=spread, turn_spread=turn_spread)
+    return tracker
+
+
+def drive_north(localizer, x, y, metres, *, step=0.05):
+    """Drive a localizer up a corridor, with perfect odometry and sonars."""
+    for number in range(round(metres / step)):
+        y += step
+        localizer.move(Motion(step, 0.0, 0.0))
+        localizer.sense(ring(x, y, NORTH), 0x111111 << (number % 4), still=False)
+    return y
+
+
+def test_the_nearest_point_of_a_wall_is_met_at_right_angles_or_is_its_end():
+    lines = np.array([[2.0, -5.0, 2.0, 5.0], [1.0, 0.1, 1.0, 3.0], [-1.0, 0.0, -1.0, 9.0]])
+    distance, toward, sharp = _nearest(lines, np.zeros((1, 2)), np.zeros(1))
+    assert distance[0] == pytest.approx([2.0, math.hypot(1.0, 0.1), math.inf])
+    assert toward[0, 0] == pytest.approx([1.0, 0.0])
+    assert sharp[0, :2].all()
+
+
+def test_a_wall_met_askance_is_no_beacon():
+    lines = np.array([[2.0, -1.0, 2.0, 5.0]])
+    distance, _, sharp = _nearest(lines, np.zeros((1, 2)), np.array([0.5]))
+    assert distance[0, 0] == pytest.approx(2.0 / math.cos(0.5 - math.radians(11.25)), abs=1e-6)
+    assert not sharp[0, 0]
+
+
+def test_walls_beside_tell_how_far_off_the_middle_the_robot_is():
+    tracker = tracker_at((7.57 + 0.15, 20.5, NORTH))
+    before = tracker.covariance[0, 0]
+    for _ in range(10):
+        tracker.sense(BEARINGS, ring(7.57, 20.5, NORTH), still=False)
+    assert abs(tracker.pose[0] - 7.57) < 0.05
+    assert tracker.covariance[0, 0] < 0.2 * before
+
+
+@settings(deadline=None, max_examples=5)
+@given(st.floats(-0.01, 0.01), st.floats(0.97, 1.03))
+def test_beacons_hold_the_pose_while_odometry_drifts(drift, scale):
+    tracker = tracker_at((7.57, 20.0, NORTH), 0.05, 0.03)
+    y = 20.0
+    for number in range(240):
+        y += 0.05
+        tracker.move(Motion(0.05 * scale, 0.0, 0.05 * drift))
+        readings = ring(7.57, y, NORTH)
+        heard = np.flatnonzero(np.isfinite(readings) & (np.arange(24) % 4 == number % 4))
+        tracker.sense(BEARINGS[heard], readings[heard], still=False)
+    assert math.dist(tracker.pose[:2], (7.57, y)) < 0.3
+    assert abs(wrap(tracker.pose[2] - NORTH)) < 0.1
+
+
+def test_standing_still_does_not_make_the_tracker_surer_and_surer():
+    tracker = tracker_at((7.57, 25.0, NORTH))
+    readings = ring(7.57, 25.0, NORTH)
+    for _ in range(400):
+        tracker.sense(BEARINGS[::4], readings[::4], still=True)
+    assert math.sqrt(tracker.covariance[1, 1]) > 0.01
+
+
+def test_cells_and_tracker_agree_along_a_corridor():
+    localizer = PomdpLocalizer(TRUE)
+    localizer.place((7.57, 20.0, NORTH))
+    y = drive_north(localizer, 7.57, 20.0, 12.0)
+    assert math.dist(localizer.estimate.pose[:2], (7.57, y)) < 0.15
+    assert localizer.markov.near((7.57, y), within=1.6) > 0.6
+    assert localizer.mass_near(7.57, y, within=0.6) > 0.5
+    assert localizer.mass_near(7.57, y - 10.8, within=0.6) < 0.05
+    assert not localizer.lost
+
+
+def test_readings_that_contradict_make_it_lost_and_a_ring_finds_it_again():
+    localizer = PomdpLocalizer(TRUE)
+    localizer.place((7.57, 33.0, NORTH))
+    truth = (8.6, 37.2, 0.1)
+    readings = ring(*truth)
+    for _ in range(400):
+        localizer.sense(readings, ALL, still=False)
+        if localizer.lost:
+            break
+    assert localizer.lost
+    assert localizer.recover(readings, radius=6.0)
+    assert math.dist(localizer.estimate.pose[:2], truth[:2]) < 0.4
+    assert not localizer.lost
+
+
+def test_a_robot_that_may_be_anywhere_knows_that_it_is_lost():
+    localizer = PomdpLocalizer(TRUE, known=False)
+    assert localizer.lost
+    assert localizer.belief().entropy > 11.0
+    assert not localizer.recover(ring(7.57, 30.0, NORTH), radius=99.0)
+
+
+def test_it_advises_on_the_way():
+    localizer = PomdpLocalizer(TRUE)
+    policy = localizer.policy(TRUE.place("r-5321"))
+    localizer.place((7.57, 20.0, NORTH))
+    assert localizer.advise(policy).directive == Directive.FORWARD
+    localizer.place((7.57, 20.0, -NORTH))
+    assert localizer.advise(policy).directive in {Directive.LEFT, Directive.RIGHT}
+    localizer.place((*TRUE.place("r-5321"), math.pi))
+    choice = localizer.advise(policy)
+    assert choice.directive == Directive.STOP
+    assert choice.share > 0.5
+
+
+def test_its_state_is_kept_and_gone_on_with_bit_for_bit():
+    localizer = PomdpLocalizer(TRUE)
+    localizer.place((7.57, 20.0, NORTH))
+    y = drive_north(localizer, 7.57, 20.0, 3.0)
+    again = PomdpLocalizer(TRUE)
+    thaw(again, json.loads(json.dumps(freeze(localizer))))
+    for one in (localizer, again):
+        drive_north(one, 7.57, y, 2.0)
+    assert again.estimate == localizer.estimate
+    assert (again.markov.chances == localizer.markov.chances).all()
