@@ -24,11 +24,14 @@ from navigate.navigator import Navigator
 from navigate.position import LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Sensors
+from xavier_sim.profile import PROFILES
 from xavier_sim.robot import Reading
 from xavier_sim.world import World
 
 ARRIVED = 0.25
 MOST_TICKS = 6000
+LONG = 5.0
+"""Metres beyond which a drive counts for the median speed."""
 
 
 @dataclass
@@ -43,6 +46,11 @@ class Tally:
     ticks: int = 0
     recoveries: int = 0
     bumps: int = 0
+    speeds: list[float] = field(default_factory=list)
+    waited: float = 0.0
+    touched: int = 0
+    hit: int = 0
+    hardest: float = 0.0
     cpu: float = 0.0
     slowest: float = 0.0
 
@@ -60,6 +68,11 @@ class Tally:
             "km": round(self.metres / 1000, 3),
             "hours": round(seconds / 3600, 3),
             "speed_mps": round(self.metres / max(seconds, 0.1), 3),
+            "median_mps": round(float(np.median(self.speeds or [0.0])), 3),
+            "waited_s": round(self.waited, 1),
+            "people_touched": self.touched,
+            "people_hit": self.hit,
+            "hardest_hit_mps": round(self.hardest, 3),
             "cpu_ms_per_tick": round(1000 * self.cpu / max(self.ticks, 1), 3),
             "worst_tick_ms": round(1000 * self.slowest, 1),
         }
@@ -97,6 +110,11 @@ def drive_to(world: World, navigator: Navigator, room: str, tally: Tally) -> Non
     tally.metres += after.metres - before.metres
     tally.bumps += after.bumps - before.bumps
     tally.recoveries += len(drive.troubles)
+    tally.waited += drive.courtesy.waited
+    tally.touched, tally.hit = after.people_touched, after.people_hit
+    tally.hardest = after.hardest_hit
+    if after.metres - before.metres > LONG:
+        tally.speeds.append((after.metres - before.metres) / (0.1 * (after.tick - before.tick)))
     judge(world, drive, room, tally)
     navigator.cancel()
 
@@ -138,10 +156,13 @@ def run(
     *,
     localizer: LocalizerName = "particles",
     shut: float = 0.0,
+    profile: str = "xavier",
+    people: int = 0,
+    carts: int = 0,
     verbose: bool = False,
 ) -> Tally:
     """Drive to ``drives`` random rooms one after the other in the world of ``seed``."""
-    world = World(load_floor("wean5"), seed)
+    world = World(load_floor("wean5"), seed, PROFILES[profile], people=people, carts=carts)
     floor = Floor(load_plan())
     navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
     rooms = sorted(world.plan.places)
@@ -164,6 +185,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, action="append")
     parser.add_argument("--localizer", choices=get_args(LocalizerName), default="particles")
     parser.add_argument("--shut", type=float, default=0.0, help="share of other doors shut")
+    parser.add_argument("--profile", choices=sorted(PROFILES), default="xavier")
+    parser.add_argument("--people", type=int, default=0, help="who walk the corridors")
+    parser.add_argument("--carts", type=int, default=0, help="that stand in the corridors")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
@@ -179,6 +203,9 @@ def run_row(options: argparse.Namespace, seed: int) -> dict[str, float | int | s
         seed,
         localizer=options.localizer,
         shut=options.shut,
+        profile=options.profile,
+        people=options.people,
+        carts=options.carts,
         verbose=options.verbose,
     )
     return tally.row()

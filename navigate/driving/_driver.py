@@ -31,8 +31,6 @@ from navigate.driving._view import (
 from navigate.maps import Passage, Point, frame
 from navigate.messages import NavigationFailure
 from navigate.routes import (
-    CERTAIN,
-    REMEMBER,
     Memory,
     NoRouteError,
     Planner,
@@ -206,11 +204,10 @@ class Driver:
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
         met = drive.troubles[-1] if drive.troubles else None
-        for age in (REMEMBER, CERTAIN):
+        for way_is_free in (False, True):
+            outlook = self._memory.outlook(view.time, way_is_free=way_is_free)
             try:
-                return self._planner.plan(
-                    view.at, drive.goal, self._memory.believed(view.time, age=age)
-                )
+                return self._planner.plan(view.at, drive.goal, outlook)
             except NoRouteError as error:
                 why = error
         if isinstance(met, DoorShut | WayBlocked):

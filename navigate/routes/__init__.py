@@ -2,7 +2,8 @@
 
 from navigate.routes._distances import Distances, as_table
 from navigate.routes._graph import show_point
-from navigate.routes._hindrances import CERTAIN, REMEMBER, Memory
+from navigate.routes._hindrances import Hindrances
+from navigate.routes._memory import CERTAIN, REMEMBER, Memory
 from navigate.routes._routes import (
     NoRouteError,
     Planner,
@@ -17,6 +18,7 @@ __all__ = [
     "CERTAIN",
     "REMEMBER",
     "Distances",
+    "Hindrances",
     "Memory",
     "NoRouteError",
     "Planner",

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from navigate.maps import Point
 from navigate.messages import RouteTable
 from navigate.routes._graph import straight
-from navigate.routes._routes import Hindrances, Planner
+from navigate.routes._hindrances import Hindrances
+from navigate.routes._routes import Planner
 
 MOST_KEPT = 300
 """Searches that are kept, one for each place that distances were asked from."""
@@ -110,8 +111,9 @@ class Distances:
                 continue
             reached[node] = Reach(seconds, metres)
             for other, link in graph.around[node]:
-                if other not in reached and self._planner.is_open(link, blocked):
-                    heapq.heappush(queue, (seconds + link.seconds, other, metres + link.metres))
+                cost = self._planner.cost(link, other, blocked)
+                if other not in reached and cost < math.inf:
+                    heapq.heappush(queue, (seconds + cost, other, metres + link.metres))
         return reached
 
 

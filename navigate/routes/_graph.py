@@ -26,6 +26,12 @@ CRUISE = 0.5
 DOOR_SECONDS = 10.0
 """What facing, measuring and creeping through a door costs beside the distance."""
 
+MISS_PER_METRE, MOST_MISSED = 0.004, 0.25
+"""Probability of missing a turn for each metre of the straight way before it, and at most."""
+
+MISS_SECONDS = 20.0
+"""What it costs to notice a missed turn, and to go back to it."""
+
 
 def show_point(point: Point) -> str:
     """A point in metres, for people; short however far off it is."""
@@ -34,22 +40,32 @@ def show_point(point: Point) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A point where ways meet: the stand-off of ``passage`` in ``space``."""
+    """A point where ways meet: the stand-off of ``passage``, across ``normal``, in ``space``."""
 
     at: Point
     space: str
     passage: str
+    normal: Point = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A straight way between two nodes (by index), through ``door`` if that is named."""
+    """A straight way between two nodes (by index), through ``door`` if that is named.
+
+    ``missing`` are the seconds that missing the turn at ``one``, and at ``other``, costs on the
+    average.
+    """
 
     one: int
     other: int
     metres: float
     seconds: float
     door: str | None = None
+    missing: tuple[float, float] = (0.0, 0.0)
+
+    def seconds_to(self, node: int) -> float:
+        """What going to one of its nodes costs on the average."""
+        return self.seconds + self.missing[node == self.other]
 
 
 class Graph:
@@ -88,12 +104,25 @@ def straight(metres: float) -> float:
     return metres / CRUISE + (1.0 if metres > 0.1 else 0.0)
 
 
+def missing(start: Point, node: Node) -> float:
+    """Seconds that it costs on the average to miss the turn at a node on the way from a point.
+
+    Dead reckoning errs by a share of the way, so a turn is missed the more easily the longer
+    the straight way before it; nobody misses a passage that lies straight ahead.
+    """
+    dx, dy = node.at[0] - start[0], node.at[1] - start[1]
+    metres = math.hypot(dx, dy)
+    if abs(dx * node.normal[0] + dy * node.normal[1]) >= 0.7 * metres:
+        return 0.0
+    return min(MOST_MISSED, MISS_PER_METRE * metres) * MISS_SECONDS
+
+
 def _standoff(floor: Floor, passage: Passage, side: int) -> Node:
     space = floor.spaces[passage.spaces[side]]
     (x, y), (nx, ny) = passage.centre, passage.normal
     sign = 1.0 if side else -1.0
     away = _away(space, passage) * sign
-    return Node((x + nx * away, y + ny * away), space.name, passage.name)
+    return Node((x + nx * away, y + ny * away), space.name, passage.name, passage.normal)
 
 
 def _away(space: Space, passage: Passage) -> float:
@@ -110,7 +139,8 @@ def _through(passage: Passage, first: int, one: Node, other: Node) -> Link:
 
 def _across(nodes: list[Node]) -> Iterable[Link]:
     for index, one in enumerate(nodes):
-        for other in range(index + 1, len(nodes)):
-            if nodes[other].space == one.space:
-                metres = math.dist(one.at, nodes[other].at)
-                yield Link(index, other, metres, straight(metres))
+        for number in range(index + 1, len(nodes)):
+            if (other := nodes[number]).space == one.space:
+                metres = math.dist(one.at, other.at)
+                missed = missing(other.at, one), missing(one.at, other)
+                yield Link(index, number, metres, straight(metres), missing=missed)

@@ -1,70 +1,59 @@
-"""What stood in the way lately: remembered for a while, and planned around."""
+"""What is believed to be in the way of a route, for certain or with some probability."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+import math
+from dataclasses import dataclass
 
 from navigate.maps import Point
-from navigate.routes._routes import Hindrances
+from navigate.routes._graph import Link
 
-REMEMBER = 180.0
-"""Seconds for which a shut door or a blocked place is planned around."""
-
-CERTAIN = 20.0
-"""Seconds for which it is not even worth a look where there is no other way."""
+BLOCKED_BERTH = 0.9
+"""Metres to keep a route from a point where something stood in the way."""
 
 
-class Memory:
-    """Shut doors and blocked places with the time they were seen."""
+@dataclass(frozen=True, slots=True)
+class Hindrances:
+    """Doors that are closed and points that are occupied, and others that may be.
 
-    STATE: ClassVar[tuple[str, ...]] = ("_seen",)
+    ``doors`` and ``points`` block. ``doubtful_doors`` and ``doubtful_points`` come with the
+    seconds that going there costs on the average, since they may be blocked still.
+    """
 
-    def __init__(self) -> None:
-        self._doors: dict[str, float] = {}
-        self._points: dict[Point, float] = {}
+    doors: frozenset[str] = frozenset()
+    points: tuple[Point, ...] = ()
+    doubtful_doors: tuple[tuple[str, float], ...] = ()
+    doubtful_points: tuple[tuple[Point, float], ...] = ()
 
-    def shut(self, door: str, now: float) -> None:
-        """Remember that a door was found shut."""
-        self._doors[door] = now
+    def stops(self, link: Link, one: Point, other: Point) -> bool:
+        """Whether the link between two points is believed to be blocked."""
+        return link.door in self.doors or self.lie_between(one, other)
 
-    def opened(self, door: str) -> None:
-        """Forget it: the robot has just passed."""
-        self._doors.pop(door, None)
+    def lie_between(self, one: Point, other: Point) -> bool:
+        """Whether an occupied point lies on the straight way between two points."""
+        return any(_off_segment(point, one, other) < BLOCKED_BERTH for point in self.points)
 
-    def blocked(self, at: Point, now: float) -> None:
-        """Remember that something stands in the way."""
-        self._points[at] = now
+    def lie_ahead(self, start: Point, other: Point) -> bool:
+        """The same for a robot at ``start``, which may be near such a point if it leaves it."""
+        return any(_ahead(point, start, other) for point in self.points)
 
-    def forget_since(self, when: float) -> None:
-        """Forget what was seen from ``when`` on: the robot was not where it believed to be."""
-        self._doors = {name: at for name, at in self._doors.items() if at < when}
-        self._points = {spot: at for spot, at in self._points.items() if at < when}
+    def delay(self, door: str | None, one: Point, other: Point) -> float:
+        """Seconds that doubt about a straight way costs on the average, through ``door`` if any."""
+        seconds = sum(lost for name, lost in self.doubtful_doors if name == door)
+        for point, lost in self.doubtful_points:
+            if _off_segment(point, one, other) < BLOCKED_BERTH:
+                seconds += lost
+        return seconds
 
-    def believed(self, now: float, *, age: float = REMEMBER) -> Hindrances:
-        """What was seen within ``age`` seconds; what is older than `REMEMBER` is dropped."""
-        self._doors = {name: at for name, at in self._doors.items() if now - at < REMEMBER}
-        self._points = {spot: at for spot, at in self._points.items() if now - at < REMEMBER}
-        return Hindrances(
-            frozenset(name for name, at in self._doors.items() if now - at < age),
-            tuple(spot for spot, at in self._points.items() if now - at < age),
-        )
 
-    @property
-    def _seen(self) -> dict[str, list[list[float | str]]]:
-        return self.snapshot()
+def _ahead(point: Point, start: Point, other: Point) -> bool:
+    return _off_segment(point, start, other) < min(BLOCKED_BERTH, math.dist(point, start) - 0.05)
 
-    @_seen.setter
-    def _seen(self, state: dict[str, list[list[float | str]]]) -> None:
-        self.restore(state)
 
-    def snapshot(self) -> dict[str, list[list[float | str]]]:
-        """What `restore` needs."""
-        return {
-            "doors": [[name, at] for name, at in self._doors.items()],
-            "points": [[x, y, at] for (x, y), at in self._points.items()],
-        }
-
-    def restore(self, state: dict[str, list[list[float | str]]]) -> None:
-        """Go back to a snapshot."""
-        self._doors = {str(name): float(at) for name, at in state["doors"]}
-        self._points = {(float(x), float(y)): float(at) for x, y, at in state["points"]}
+def _off_segment(point: Point, one: Point, other: Point) -> float:
+    """Metres from a point to a straight way."""
+    dx, dy = other[0] - one[0], other[1] - one[1]
+    square = dx * dx + dy * dy
+    part = ((point[0] - one[0]) * dx + (point[1] - one[1]) * dy) / square if square else 0.0
+    part = min(1.0, max(0.0, part))
+    return math.dist(point, (one[0] + part * dx, one[1] + part * dy))

@@ -15,12 +15,11 @@ from navigate.routes._graph import (
     Link,
     Node,
     build_graph,
+    missing,
     show_point,
     straight,
 )
-
-BLOCKED_BERTH = 0.9
-"""Metres to keep a route from a point where something stood in the way."""
+from navigate.routes._hindrances import Hindrances
 
 
 class NoRouteError(LookupError):
@@ -42,29 +41,6 @@ class Step:
     door: Passage | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Hindrances:
-    """What is believed to be in the way: doors that are closed, points that are occupied."""
-
-    doors: frozenset[str] = frozenset()
-    points: tuple[Point, ...] = ()
-
-    def stops(self, link: Link, one: Point, other: Point) -> bool:
-        """Whether the link between two points is believed to be blocked."""
-        return link.door in self.doors or self.lie_between(one, other)
-
-    def lie_between(self, one: Point, other: Point) -> bool:
-        """Whether an occupied point lies on the straight way between two points."""
-        return any(_off_segment(point, one, other) < BLOCKED_BERTH for point in self.points)
-
-    def lie_ahead(self, start: Point, other: Point) -> bool:
-        """The same for a robot at ``start``, which may be near such a point if it leaves it."""
-        return any(
-            _off_segment(point, start, other) < min(BLOCKED_BERTH, math.dist(point, start) - 0.05)
-            for point in self.points
-        )
-
-
 @dataclass
 class _Search:
     """A* from one end to the other; nodes -1 and -2 are the start and the goal."""
@@ -73,7 +49,7 @@ class _Search:
     goal: Point
     entries: dict[int, float]
     exits: dict[int, float]
-    free: Callable[[Link], bool]
+    cost: Callable[[Link, int], float]
     best: dict[int, float] = field(default_factory=dict)
     before: dict[int, tuple[int, Link | None]] = field(default_factory=dict)
 
@@ -95,8 +71,7 @@ class _Search:
 
     def _expand(self, queue: list[tuple[float, int]], node: int) -> None:
         for other, link in self.graph.around[node]:
-            if self.free(link):
-                self._reach(queue, other, self.best[node] + link.seconds, (node, link))
+            self._reach(queue, other, self.best[node] + self.cost(link, other), (node, link))
         if node in self.exits:
             self._reach(queue, -2, self.best[node] + self.exits[node], (node, None))
 
@@ -161,14 +136,18 @@ class Planner:
         in_frame = self.floor.doorway_at(*start) is not None
         return None if in_frame else self.floor.space_nearest(*start).name
 
-    def is_open(self, link: Link, blocked: Hindrances) -> bool:
-        """Whether a link of the graph can be gone."""
-        nodes = self.graph.nodes
-        return not blocked.stops(link, nodes[link.one].at, nodes[link.other].at)
+    def cost(self, link: Link, to: int, blocked: Hindrances) -> float:
+        """Seconds that a link of the graph costs on the average; infinite where it is blocked."""
+        one, other = self.graph.nodes[link.one].at, self.graph.nodes[link.other].at
+        if blocked.stops(link, one, other):
+            return math.inf
+        return link.seconds_to(to) + blocked.delay(link.door, one, other)
 
     def ways_in(self, start: Point, blocked: Hindrances) -> dict[int, float]:
         """Seconds from a point to the nodes that are seen from there, by their indices."""
-        return self._costs(start, self._entries(start), blocked)
+        costs = self._costs(start, self._entries(start), blocked)
+        nodes = self.graph.nodes
+        return {i: seconds + missing(start, nodes[i]) for i, seconds in costs.items()}
 
     def ways_out(self, goal: Point, blocked: Hindrances) -> dict[int, float]:
         """Seconds to a point from the nodes that are seen from there, by their indices."""
@@ -181,12 +160,13 @@ class Planner:
             goal,
             entries=self.ways_in(start, blocked),
             exits=self.ways_out(goal, blocked),
-            free=lambda link: self.is_open(link, blocked),
+            cost=lambda link, to: self.cost(link, to, blocked),
         )
-        steps, at, door = [], start, self.floor.doorway_at(*start)
+        steps, at, door, begun = [], start, self.floor.doorway_at(*start), 0.0
         for node, link in search.run():
-            steps.append(self._taken(at, self.graph.nodes[node], link, door))
-            at, door = self.graph.nodes[node].at, None
+            seconds = search.best[node] - begun
+            steps.append(self._taken(at, self.graph.nodes[node], link, door, seconds))
+            at, door, begun = self.graph.nodes[node].at, None, search.best[node]
         ends = self.floor.space_nearest(*goal).name
         return [*steps, _step(at, goal, ends)] if steps else []
 
@@ -199,15 +179,17 @@ class Planner:
     def _costs(self, point: Point, nodes: Iterable[int], blocked: Hindrances) -> dict[int, float]:
         spots = ((i, self.graph.nodes[i].at) for i in nodes)
         return {
-            i: straight(math.dist(point, at)) for i, at in spots if not blocked.lie_ahead(point, at)
+            i: straight(math.dist(point, at)) + blocked.delay(None, point, at)
+            for i, at in spots
+            if not blocked.lie_ahead(point, at)
         }
 
-    def _taken(self, at: Point, node: Node, link: Link | None, door: Passage | None) -> Step:
+    def _taken(
+        self, at: Point, node: Node, link: Link | None, door: Passage | None, seconds: float
+    ) -> Step:
         """The step to a node; out of a door's frame it counts as passing that door."""
         through = self.floor.doors[link.door] if link and link.door else door
-        metres = math.dist(at, node.at)
-        seconds = link.seconds if link else straight(metres)
-        return Step(node.at, node.space, metres, seconds, through)
+        return Step(node.at, node.space, math.dist(at, node.at), seconds, through)
 
 
 def describe(start: Point, steps: list[Step]) -> Route:
@@ -257,12 +239,3 @@ def _why(blocked: Hindrances) -> str:
 def _step(start: Point, goal: Point, space: str) -> Step:
     metres = math.dist(start, goal)
     return Step(goal, space, metres, straight(metres))
-
-
-def _off_segment(point: Point, one: Point, other: Point) -> float:
-    """Metres from a point to a straight way."""
-    dx, dy = other[0] - one[0], other[1] - one[1]
-    square = dx * dx + dy * dy
-    part = ((point[0] - one[0]) * dx + (point[1] - one[1]) * dy) / square if square else 0.0
-    part = min(1.0, max(0.0, part))
-    return math.dist(point, (one[0] + part * dx, one[1] + part * dy))

@@ -11,14 +11,14 @@ from navigate.routes import (
     CERTAIN,
     REMEMBER,
     Distances,
+    Hindrances,
     Memory,
     NoRouteError,
     Planner,
     as_table,
     describe,
 )
-from navigate.routes._graph import straight
-from navigate.routes._routes import Hindrances
+from navigate.routes._graph import MISS_SECONDS, Node, missing, straight
 from xavier_sim.messages import SpaceKind
 
 FLOOR = Floor(load_plan())
@@ -35,7 +35,10 @@ def brute_force(start, goal, shut):
     if here == there:
         return straight(math.dist(start, goal))
     best = [
-        straight(math.dist(start, node.at)) if node.space == here else math.inf for node in nodes
+        straight(math.dist(start, node.at)) + missing(start, node)
+        if node.space == here
+        else math.inf
+        for node in nodes
     ]
     changed = True
     while changed:
@@ -44,8 +47,9 @@ def brute_force(start, goal, shut):
             if link.door in shut:
                 continue
             for one, other in ((link.one, link.other), (link.other, link.one)):
-                if best[one] + link.seconds < best[other] - 1e-12:
-                    best[other], changed = best[one] + link.seconds, True
+                cost = link.seconds_to(other)
+                if best[one] + cost < best[other] - 1e-12:
+                    best[other], changed = best[one] + cost, True
     return min(
         best[i] + straight(math.dist(node.at, goal))
         for i, node in enumerate(nodes)
@@ -141,8 +145,53 @@ def test_hindrances_are_remembered_for_a_while():
     copy.restore(memory.snapshot())
     assert copy.believed(151.0) == memory.believed(151.0)
     assert memory.believed(100.0 + REMEMBER).doors == frozenset()
+    assert memory.outlook(110.0).doors == {"d-5303"}
     memory.forget_since(120.0)
     assert memory.believed(151.0).points == ()
+
+
+def test_what_was_seen_long_ago_is_doubted_and_then_forgotten():
+    memory = Memory()
+    memory.shut("d-5303", 0.0)
+    memory.blocked((1.0, 2.0), 0.0)
+    costs = []
+    for now in (30.0, 100.0, 400.0):
+        outlook = memory.outlook(now)
+        assert (outlook.doors, outlook.points) == (frozenset(), ())
+        [(door, seconds)] = outlook.doubtful_doors
+        [(point, more)] = outlook.doubtful_points
+        assert (door, point) == ("d-5303", (1.0, 2.0))
+        assert more > seconds > 0.0
+        costs.append(seconds)
+    assert costs == sorted(costs, reverse=True)
+    assert memory.outlook(1000.0) == Hindrances()
+
+
+def test_where_there_is_no_other_way_a_blocked_place_is_tried_again():
+    memory = Memory()
+    memory.blocked((1.0, 2.0), 0.0)
+    assert memory.outlook(5.0).points == ((1.0, 2.0),)
+    assert memory.outlook(5.0, way_is_free=True).points == ()
+    assert memory.outlook(5.0, way_is_free=True).doubtful_points[0][1] > 100.0
+
+
+def test_a_doubtful_place_is_avoided_where_that_costs_little():
+    start, goal = (7.54, 22.0), FLOOR.place("r-5313")
+    free = PLANNER.plan(start, goal)
+    for seconds, far in ((1.0, False), (1e4, True)):
+        doubt = Hindrances(doubtful_points=(((7.54, 26.0), seconds),))
+        steps = PLANNER.plan(start, goal, doubt)
+        assert (sum(step.metres for step in steps) > 10 + sum(s.metres for s in free)) == far
+    doubt = Hindrances(doubtful_doors=(("d-5313", 30.0),))
+    wary = PLANNER.plan(start, goal, doubt)
+    assert sum(s.seconds for s in wary) == pytest.approx(30.0 + sum(s.seconds for s in free))
+
+
+def test_a_turn_is_missed_more_easily_after_a_long_way():
+    door = Node((10.0, 0.0), "corridor", "d", (0.0, 1.0))
+    near, far = missing((8.0, 0.0), door), missing((0.0, 0.0), door)
+    assert 0.0 < near < far < MISS_SECONDS
+    assert missing((10.0, -5.0), door) == 0.0
 
 
 def test_a_door_that_was_passed_is_not_shut():
