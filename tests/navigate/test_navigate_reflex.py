@@ -82,7 +82,7 @@ class Listening:
         self.said.append(message)
 
 
-async def nothing():
+async def nothing(_leapt):
     """Do nothing after a step."""
 
 

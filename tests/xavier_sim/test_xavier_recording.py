@@ -12,98 +12,23 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
+from xavier_recordings import PLAN, TICKS, damaged, fresh_state, read, same, things, write
 
-from tca_bus import TaskStatus
 from tca_bus._schema import schema_problems
-from xavier_sim.cli._run import beginning_of
-from xavier_sim.floors import load_floor
+from xavier_sim.cli._recording import beginning_of
 from xavier_sim.messages import (
     SONAR_RING_RADIUS,
     STRIPER_AHEAD,
-    CameraPower,
-    DoorMoved,
     Drive,
-    Fault,
-    PlateReading,
     Sensors,
     TrueLocation,
 )
 from xavier_sim.profile import PROFILES
 from xavier_sim.recording import Recorder, RecordingFileError, RecordingReader, Tape, decode
 from xavier_sim.recording import _recorder as recorder_module
-from xavier_sim.recording._heard import Belief, BeliefState, BelievedCell, BelievedPose
+from xavier_sim.recording._heard import Belief
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
-
-PLAN = load_floor()
-TICKS = 40
-
-
-def fresh_state(seed=1):
-    return RobotState(World(PLAN, seed=seed), SimClock(1000.0), speed=None)
-
-
-def status(**fields):
-    base = {
-        "id": "t1",
-        "name": "navigateToG",
-        "task_class": "goal",
-        "sender": "rogue",
-        "parent": None,
-        "state": "active",
-        "handling": "handling",
-        "planning": "planning",
-        "achievement": "achieving",
-        "existence": "alive",
-        "created": 1000.0,
-        "sequence": 1,
-        "data": {"x": math.inf},
-    }
-    return TaskStatus(**{**base, **fields})
-
-
-def belief(time):
-    at = BelievedPose(x=5.0, y=12.0, theta=1.5, deviation=0.1, time=time)
-    cells = [BelievedCell(x=5.0, y=12.0, theta=1.5, mass=0.8)]
-    state = BeliefState(position=at, entropy=0.7, lost=False, cells=tuple(cells))
-    return Belief(state=state)
-
-
-def things(state):
-    """What a short drive tells its witness: pairs of a message and its time."""
-    for tick in range(TICKS):
-        yield state.sensors(), state.true_location()
-        if tick == 7:
-            state.world.set_door("r-5309", is_open=False)
-            yield DoorMoved(room="r-5309", open=False, time=state.now), state.now
-        if tick == 9:
-            yield PlateReading(text="r-5303", confidence=0.9, time=state.now), state.now
-            yield Fault(fault=CameraPower(on=False)), state.now
-        yield Drive(tick=state.world.tick, speed=0.4, turn_rate=0.3, busy=True), state.now
-        state.world.step(0.4, 0.3)
-
-
-def write(stream, *, flush_every=1):
-    """Write a recording; gives the messages in it."""
-    state, told = fresh_state(), []
-    tape = Tape(stream, beginning_of(state))
-    for number, (message, more) in enumerate(things(state)):
-        told.append(message)
-        if isinstance(message, Sensors):
-            tape.sense(message, more)
-            told.append(more)
-        else:
-            tape.note(message, more)
-        if number % flush_every == 0:
-            tape.flush()
-    told.append(belief(state.now - 0.1))
-    tape.believe(told[-1])
-    tape.hear(status())
-    message, more = state.sensors(), state.true_location()
-    tape.sense(message, more)
-    told += [message, more]
-    tape.finish(dropped=3)
-    return told
 
 
 @pytest.fixture(scope="module")
@@ -112,20 +37,6 @@ def recording(tmp_path_factory):
     with path.open("wb") as stream:
         told = write(stream)
     return path, told
-
-
-def read(path):
-    with RecordingReader(path) as reader:
-        entries = list(reader)
-    return reader, entries
-
-
-def same(one, other):
-    if type(one) is not type(other):
-        return False
-    return all(
-        np.array_equal(getattr(one, name), getattr(other, name)) for name in type(one).model_fields
-    )
 
 
 def test_what_was_told_comes_back_to_the_bit_and_in_order(recording):
@@ -317,18 +228,9 @@ def test_a_recording_cut_off_in_its_head_is_a_clear_error(recording, tmp_path):
         read(cut)
 
 
-def test_damage_in_the_middle_is_told_or_does_no_harm(recording, tmp_path):
-    whole, damaged, told = read(recording[0])[1], tmp_path / "damaged.mcap", 0
-    data = recording[0].read_bytes()
-    for place in range(len(data) // 10, len(data) * 3 // 4, len(data) // 20):
-        wrong = bytearray(data)
-        wrong[place] ^= 0xFF
-        damaged.write_bytes(wrong)
-        try:
-            assert read(damaged)[1] == whole
-        except RecordingFileError as error:
-            told += "is damaged after" in error.why
-    assert told > 5
+def test_damage_in_the_middle_is_told(recording, tmp_path):
+    with pytest.raises(RecordingFileError, match=r"is damaged after \d+ records"):
+        read(damaged(recording[0], tmp_path))
 
 
 def other_mcap(profile):

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from navigate.messages import Belief, BeliefCell, BeliefState, Position
 from tca_bus import Command, Module
 from tca_bus.testing import bus, central, eventually
-from xavier_sim.cli._run import beginning_of
+from xavier_sim.cli._recording import beginning_of
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import DoorMoved, Drive, MoveDoor, PlateReading, ReadPlate, Sensors
 from xavier_sim.recording import Recorder, RecordingReader, decode, listening

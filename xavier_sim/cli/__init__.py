@@ -6,6 +6,10 @@ __all__ = ["app", "main"]
 
 COMMANDS = {
     "run": ("_run:run", "Run the simulated robot until it is stopped."),
+    "replay": (
+        "_recording:replay",
+        "Play a recorded robot to the navigator in place of the simulated one, to its end.",
+    ),
     "speech": ("_speech:speech", "Run the speech board and the keyboard until they are stopped."),
     "survey": (
         "_survey:survey",

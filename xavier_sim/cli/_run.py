@@ -8,8 +8,7 @@ from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 from xavier_sim.cli._flags import Data
 from xavier_sim.cli._worlds import DEFAULT_WORLD, WorldFlags, open_world
-from xavier_sim.recording import Beginning, Recorder, listening
-from xavier_sim.running import RobotModule, RobotState
+from xavier_sim.running import RobotModule
 
 
 async def run(
@@ -37,18 +36,6 @@ async def run(
     if record is None:
         await RobotModule(state, store, bus_options(flags)).run()
         return
-    options = bus_options(flags)
-    async with Recorder(record, beginning_of(state)) as recorder, listening(recorder, options):
-        await RobotModule(state, store, options, recorder).run()
+    from xavier_sim.cli._recording import run_recorded  # noqa: PLC0415 - few runs need it
 
-
-def beginning_of(state: RobotState) -> Beginning:
-    """How things stand, for a recording that begins now."""
-    return Beginning(
-        floor=state.world.plan,
-        seed=state.world.seed,
-        speed=state.speed,
-        time=state.now,
-        doors=tuple(state.door_states()),
-        battery=state.battery_state(),
-    )
+    await run_recorded(state, store, bus_options(flags), record)

@@ -3,17 +3,22 @@
 from xavier_sim.recording._format import Beginning, Entry, RecordingFileError
 from xavier_sim.recording._listening import listening
 from xavier_sim.recording._reader import RecordingReader
+from xavier_sim.recording._recorded_robot import RecordedRobot
 from xavier_sim.recording._recorder import Recorder
 from xavier_sim.recording._tape import Tape
+from xavier_sim.recording._ticks import Tick, ticks_of
 from xavier_sim.recording._wire_names import decode
 
 __all__ = [
     "Beginning",
     "Entry",
+    "RecordedRobot",
     "Recorder",
     "RecordingFileError",
     "RecordingReader",
     "Tape",
+    "Tick",
     "decode",
     "listening",
+    "ticks_of",
 ]

@@ -1,0 +1,71 @@
+"""``xavier run --record`` and ``xavier replay``: a robot into a file, and out of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tca_bus import BusOptions, configure_logging
+from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, emit, emit_json, note
+from xavier_sim.recording import Beginning, RecordedRobot, Recorder, RecordingReader, listening
+from xavier_sim.running import RobotModule, RobotState, parse_speed
+from xavier_sim.snapshots import SnapshotFile
+
+
+async def replay(
+    file: Path,
+    /,
+    *,
+    speed: str = "1",
+    goals: bool = False,
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Play a recorded robot to the navigator in place of the simulated one, to its end.
+
+    Args:
+        file: A recording made by 'xavier run --record'.
+        speed: Recorded seconds per second, or "max" for lockstep: each tick waits for the
+            navigator's answer to it.
+        goals: In lockstep, stand still where the recorded navigator had a goal until this one
+            has one too; then it gives the same commands to the wheels.
+        flags: Where the bus is.
+    """
+    configure_logging("xavier", level=flags.level, json=flags.json)
+    pace = parse_speed(speed)
+    with RecordingReader(file) as reader:
+        robot = await RecordedRobot.open(reader, speed=pace, goals=goals)
+        note(f"playing {file}" + (", as fast as the navigator answers" if pace is None else ""))
+        await RobotModule(robot, None, bus_options(flags)).run()
+        _sum_up(robot, reader, flags)
+
+
+async def run_recorded(
+    state: RobotState, store: SnapshotFile | None, options: BusOptions, file: Path
+) -> None:
+    """Run a robot until it is cancelled, and record it.
+
+    Raises:
+        RecordingFileError: the file cannot be made, or not be written any more.
+    """
+    async with Recorder(file, beginning_of(state)) as recorder, listening(recorder, options):
+        await RobotModule(state, store, options, recorder).run()
+
+
+def beginning_of(state: RobotState) -> Beginning:
+    """How things stand, for a recording that begins now."""
+    return Beginning(
+        floor=state.world.plan,
+        seed=state.world.seed,
+        speed=state.speed,
+        time=state.now,
+        doors=tuple(state.door_states()),
+        battery=state.battery_state(),
+    )
+
+
+def _sum_up(robot: RecordedRobot, reader: RecordingReader, flags: BusFlags) -> None:
+    if not reader.is_finished:
+        note("the recording was cut off; all that is whole in it was played")
+    if flags.json:
+        emit_json({"ticks": robot.played, "complete": reader.is_finished})
+    else:
+        emit(f"played {robot.played:,} ticks, to tick {robot.tick:,}")

@@ -1,0 +1,75 @@
+"""A recording tick by tick: what the robot sensed, what it did then, and what it said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from tca_bus import Broadcast, InvalidMessageError
+from xavier_sim.messages import Drive, PlateReading, Sensors, TrueLocation
+from xavier_sim.recording._format import Entry, RecordingFileError
+from xavier_sim.recording._wire_names import decode
+
+
+@dataclass
+class Tick:
+    """One control tick of a recording.
+
+    ``command`` is what its wheels were told, None at the last one; ``said`` what it broadcast
+    beside its sensors, ``plates`` what its camera read when it was asked.
+    """
+
+    sensors: Sensors
+    truth: TrueLocation | None = None
+    command: Drive | None = None
+    said: list[Broadcast] = field(default_factory=list)
+    plates: list[PlateReading] = field(default_factory=list)
+
+    def add(self, message: BaseModel) -> None:
+        """Take in what was recorded after the sensors and before those of the next tick."""
+        match message:
+            case TrueLocation():
+                self.truth = message
+            case Drive():
+                self.command = message
+            case PlateReading():
+                self.plates.append(message)
+            case Broadcast():
+                self.said.append(message)
+            case _:
+                # Faults and the like: what they did is in the readings.
+                return
+
+
+def ticks_of(entries: Iterable[Entry], path: Path) -> Iterator[Tick]:
+    """The ticks of a recording, in order.
+
+    Args:
+        entries: what a reader gives.
+        path: of the recording, for errors.
+
+    Raises:
+        RecordingFileError: while iterating, a message is not what its channel says.
+    """
+    tick: Tick | None = None
+    for entry in entries:
+        message = _message(entry, path)
+        if isinstance(message, Sensors):
+            if tick is not None:
+                yield tick
+            tick = Tick(message)
+        elif tick is not None and message is not None:
+            tick.add(message)
+    if tick is not None:
+        yield tick
+
+
+def _message(entry: Entry, path: Path) -> BaseModel | None:
+    try:
+        return decode(entry.name, entry.payload)
+    except InvalidMessageError as error:
+        why = f"cannot be played from record {entry.sequence} on: {error}"
+        raise RecordingFileError(path, why) from error
