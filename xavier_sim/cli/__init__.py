@@ -32,8 +32,8 @@ COMMANDS = {
         "Send the one who works in a room out, so that nobody answers there, or back in.",
     ),
     "fault": (
-        "_world:fault",
-        "Make something go wrong, at once: the robot moved, a sensor wrong, an item gone.",
+        "_faults:fault",
+        "Let something go wrong with the robot at once, show what is wrong, or mend it.",
     ),
 }
 """Where each command is and what it does; only the one that is called is imported."""

@@ -90,13 +90,32 @@ class LaserOffset(_Fault):
     turn: float = Field(default=0.0, ge=-0.5, le=0.5)
 
 
+class WheelSlip(_Fault):
+    """A wheel slips until it is mended, with a share of 0.
+
+    Of what the wheels turn, ``share`` moves the robot nowhere; it turns by ``veer`` radians,
+    counter-clockwise, for each metre that the wheels turn. The odometry notices neither.
+    """
+
+    kind: Literal["wheels"] = "wheels"
+    share: float = Field(default=0.0, ge=0.0, le=0.8)
+    veer: float = Field(default=0.0, ge=-0.5, le=0.5)
+
+
+class Mend(_Fault):
+    """All that was broken on command is sound again; a robot that was moved stays there."""
+
+    kind: Literal["mend"] = "mend"
+
+
 AnyFault = Annotated[
-    Kidnap | Slip | CameraPower | SonarFault | LaserOffset, Field(discriminator="kind")
+    Kidnap | Slip | CameraPower | SonarFault | LaserOffset | WheelSlip | Mend,
+    Field(discriminator="kind"),
 ]
 
 
 class FaultState(BaseModel):
-    """What is wrong with the robot after a fault.
+    """What is wrong with the robot.
 
     ``slip`` is what the odometry has still to count wrongly, metres; ``room`` and ``space`` where
     the robot really stands. ``sonars`` are those that are not sound.
@@ -112,6 +131,7 @@ class FaultState(BaseModel):
     time: float
     sonars: tuple[SonarFault, ...] = ()
     laser: LaserOffset = LaserOffset()
+    wheels: WheelSlip = WheelSlip()
 
 
 class Fault(Query[FaultState]):
@@ -120,3 +140,9 @@ class Fault(Query[FaultState]):
     wire_name = "xavierFault"
 
     fault: AnyFault
+
+
+class ReadFaults(Query[FaultState]):
+    """Ask what is wrong with the robot."""
+
+    wire_name = "xavierFaults"

@@ -17,6 +17,7 @@ from xavier_sim.messages import (
     MoveDoor,
     PlateReading,
     ReadBattery,
+    ReadFaults,
     ReadPlate,
     TrueLocation,
     WhereReally,
@@ -52,6 +53,7 @@ class RobotDesk:
         module.serve(ReadPlate, self._on_read_plate)
         module.serve(ReadBattery, self._on_read_battery)
         module.serve(Fault, self._on_fault)
+        module.serve(ReadFaults, self._on_faults)
 
     async def tell_news(self) -> None:
         """Broadcast the battery's state when it is worth it: every hundredth, every change."""
@@ -88,6 +90,9 @@ class RobotDesk:
 
     async def _on_read_battery(self, _query: ReadBattery, _context: Context) -> BatteryState:
         return self._state.battery_state()
+
+    async def _on_faults(self, _query: ReadFaults, _context: Context) -> FaultState:
+        return self._state.fault_state()
 
     async def _on_fault(self, query: Fault, _context: Context) -> FaultState:
         try:

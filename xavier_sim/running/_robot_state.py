@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from tca_bus import Module
@@ -10,13 +9,12 @@ from xavier_sim.messages import (
     BatteryState,
     DoorState,
     FaultState,
-    LaserOffset,
     Sensors,
-    SonarFault,
     TrueLocation,
 )
 from xavier_sim.profile import TICK
 from xavier_sim.robot import Reading, Robot
+from xavier_sim.running._faults import fault_state
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.running._pacing import may_tick
 from xavier_sim.running._robot_desk import RobotDesk
@@ -157,21 +155,4 @@ class RobotState:
 
     def fault_state(self) -> FaultState:
         """What is wrong with the robot, as a message."""
-        truth, senses = self.world.truth(), self.robot.senses
-        metres, turn = senses.laser_offset
-        return FaultState(
-            camera_on=self.robot.camera.is_on,
-            slip=self.robot.slipping,
-            sonars=tuple(_faulty(*one) for one in sorted(senses.stuck_sonars.items())),
-            laser=LaserOffset(metres=metres, turn=turn),
-            room=truth.room,
-            space=truth.space,
-            tick=truth.tick,
-            time=self.now,
-        )
-
-
-def _faulty(number: int, reading: float) -> SonarFault:
-    if math.isinf(reading):
-        return SonarFault(number=number, state="dead")
-    return SonarFault(number=number, state="stuck", metres=reading)
+        return fault_state(self.world, self.now)

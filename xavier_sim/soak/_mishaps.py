@@ -8,13 +8,21 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from xavier_sim.messages import AnyFault, CameraPower, Kidnap, LaserOffset, Slip, SonarFault
+from xavier_sim.messages import (
+    AnyFault,
+    CameraPower,
+    Kidnap,
+    LaserOffset,
+    Slip,
+    SonarFault,
+    WheelSlip,
+)
 from xavier_sim.noise import restore_stream, stream, stream_state
 from xavier_sim.profile import TICK
 from xavier_sim.running import make_fault
 from xavier_sim.world import NotFreeError, World
 
-FaultKind = Literal["camera", "kidnap", "laser", "slip", "sonar-dead", "sonar-stuck"]
+FaultKind = Literal["camera", "kidnap", "laser", "slip", "sonar-dead", "sonar-stuck", "wheels"]
 
 FAULT_KINDS: tuple[FaultKind, ...] = get_args(FaultKind)
 
@@ -23,9 +31,11 @@ LASTING: dict[str, AnyFault] = {
     "laser": LaserOffset(metres=0.1, turn=math.radians(3.0)),
     "sonar-dead": SonarFault(number=0, state="dead"),
     "sonar-stuck": SonarFault(number=2, state="stuck", metres=0.5),
+    "wheels": WheelSlip(share=0.1, veer=math.radians(1.0)),
 }
 """Faults from the first tick to the last: the sonar that looks ahead hears nothing, or the one 30
-degrees to its left hears something half a metre away."""
+degrees to its left hears something half a metre away; a wheel slips, so that the robot goes a
+tenth less far than it counts, and turns by a degree a metre."""
 
 Random = np.random.Generator
 
