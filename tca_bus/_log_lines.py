@@ -9,8 +9,8 @@ from typing import Any
 import structlog
 
 
-def handler(process: str | None, *, json: bool) -> logging.Handler:
-    """A handler for standard error that also serves stdlib loggers; sets structlog up for it.
+def formatter(process: str | None, *, json: bool) -> logging.Formatter:
+    """What makes lines of records, those of stdlib loggers too; sets structlog up for it.
 
     ``process`` stands in each line when it is not None.
     """
@@ -22,13 +22,9 @@ def handler(process: str | None, *, json: bool) -> logging.Handler:
         cache_logger_on_first_use=True,
     )
     strip = structlog.stdlib.ProcessorFormatter.remove_processors_meta
-    stream = logging.StreamHandler(sys.stderr)
-    stream.setFormatter(
-        structlog.stdlib.ProcessorFormatter(
-            foreign_pre_chain=shared, processors=[strip, *_renderers(json=json)]
-        )
+    return structlog.stdlib.ProcessorFormatter(
+        foreign_pre_chain=shared, processors=[strip, *_renderers(json=json)]
     )
-    return stream
 
 
 def _shared_processors(process: str | None) -> list[Any]:

@@ -60,7 +60,7 @@ class Seen:
 async def joined(flags: BusFlags) -> AsyncIterator[Module]:
     """Join the bus for one command; logs only what is amiss unless told otherwise."""
     level = "warning" if flags.level == "info" else flags.level
-    configure_logging("tca", level=level, json=flags.json)
+    configure_logging("tca", level=level, json=flags.json, late=True)
     async with Module(f"tca-{os.getpid()}", options=bus_options(flags)) as module:
         yield module
 

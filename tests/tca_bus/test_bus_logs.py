@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import logging
+import subprocess
+import sys
 
 import pytest
 import structlog
@@ -37,6 +39,18 @@ def test_structlog_and_stdlib_go_the_same_way(capsys):
     structlog.get_logger("agent").info("planned", steps=4)
     line = json.loads(capsys.readouterr().err)
     assert (line["event"], line["steps"]) == ("planned", 4)
+
+
+def test_late_logs_look_the_same_and_load_structlog_with_the_first_line():
+    code = (
+        "import sys, logging; from tca_bus import configure_logging;"
+        "configure_logging('tca', json=True, late=True); print('structlog' in sys.modules);"
+        "logging.getLogger('x').warning('lost %d', 3); print('structlog' in sys.modules)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["False", "True"]
+    line = json.loads(run.stderr)
+    assert (line["event"], line["process"], line["level"]) == ("lost 3", "tca", "warning")
 
 
 def test_for_people_it_is_a_line_with_the_trace_of_an_error(capsys):
