@@ -116,20 +116,23 @@ class MarkovBelief:
         x, y, theta = self._poses(np.array([self.chances.argmax()]))[0].tolist()
         return (x, y, theta)
 
-    def around(
+    def suspects(
         self, at: Point, *, within: float, astray: float, most: int
     ) -> tuple[Floats, Floats]:
-        """The likely states ``within`` metres of a point, ``most`` of them at most.
+        """The states in which a lost robot may be, ``most`` of them at most.
+
+        Those that are believed in; and with a chance of ``astray``, whatever is believed, those
+        ``within`` metres of a point.
 
         Returns:
-            Poses (n, 3), and the mass of each if any of them may be right with ``astray``.
+            Poses (n, 3), and the mass of each.
         """
         locations = self.model.locations.at
         close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
-        states = np.flatnonzero(np.tile(close, TURNS))
-        mass = (1.0 - astray) * self.chances[states] + astray / max(1, len(states))
-        order = np.argsort(-mass, kind="stable")[:most]
-        return self._poses(states[order]), mass[order]
+        around = np.tile(close / max(1, TURNS * int(close.sum())), TURNS)
+        mass = (1.0 - astray) * self.chances + astray * around
+        states = np.argsort(-mass, kind="stable")[:most]
+        return self._poses(states), mass[states]
 
     def tell(self) -> Belief:
         """The belief as it is published, without what is fainter than `FAINT`."""

@@ -32,6 +32,7 @@ from navigate.position._beacons import BeaconTracker
 from navigate.position._localizer import Belief, Estimate
 from navigate.position._markov_belief import MarkovBelief
 from navigate.position._policy import Choice, Picking, Policy
+from navigate.position._search import search
 from navigate.position._sonar_model import SonarModel
 
 MEMORY = 0.012
@@ -42,9 +43,6 @@ FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
 LOST_MASS = 0.02
 """Mass of belief near the tracked pose below which it is not to be driven on."""
-
-FOUND_MASS = 0.5
-"""Share of the candidates' likelihood that one pose must have to be taken."""
 
 SUPPORT = 1.6
 """Metres from the tracked pose within which cells speak for it: it may lie between two."""
@@ -58,18 +56,11 @@ STATES = 1200
 ASTRAY = 0.3
 """What a lost robot leaves for the chance to be in any cell around, whatever it believed."""
 
-RING_TEMPER = 0.5
-"""Exponent of the likelihood of a whole ring: its readings err together."""
-
 FOUND_SHARE = 0.8
-"""Mass that a pose is given that fits a ring of readings where the robot was lost."""
+"""Share that a pose must have of what a ring of readings speaks for, to be taken."""
 
-SAME = 0.8
-"""Metres within which two poses that fit are the same."""
-
-_OFFSETS: Floats = np.array(
-    [(x, y, turn) for x in (-0.45, 0.0, 0.45) for y in (-0.45, 0.0, 0.45) for turn in (-0.1, 0.1)]
-)
+FOUND_MASS = 0.7
+"""Belief that is put on such a pose."""
 
 
 class PomdpLocalizer:
@@ -193,42 +184,21 @@ class PomdpLocalizer:
         return self._sonar.fit(pose, ranges)
 
     def recover(self, ranges: Floats, *, radius: float) -> bool:
-        """Look for a pose that fits a ring of readings, among likely cells within ``radius``."""
-        heard = np.flatnonzero(np.isfinite(ranges))
-        poses, mass = self._candidates(radius)
-        if len(heard) == 0 or len(poses) == 0:
-            return False
-        x, y, theta = poses.T
-        fits = self._sonar.log_likelihood(x, y, theta, ranges[heard], BEARINGS[heard])
-        weights = RING_TEMPER * fits + np.log(mass)
-        shares = np.exp(weights - weights.max())
-        best = poses[int(shares.argmax())]
-        same = np.hypot(poses[:, 0] - best[0], poses[:, 1] - best[1]) < SAME
-        same &= np.cos(poses[:, 2] - best[2]) > 0.7
-        if shares[same].sum() < FOUND_MASS * shares.sum():
-            return False
-        return self._settle(poses[same], shares[same] / shares[same].sum(), ranges)
-
-    def _candidates(self, radius: float) -> tuple[Floats, Floats]:
-        """Poses (n, 3) in and around likely cells, with the mass of each."""
-        middles, mass = self.markov.around(
+        """Look for a pose that fits a ring of readings, in likely cells or near the estimate."""
+        middles, mass = self.markov.suspects(
             self._tracker.pose[:2], within=radius, astray=ASTRAY, most=STATES
         )
-        poses = (middles[:, None] + (0.0, 0.0, self._reports.turned) + _OFFSETS).reshape(-1, 3)
-        return poses, np.repeat(mass, len(_OFFSETS))
-
-    def _settle(self, poses: Floats, shares: Floats, ranges: Floats) -> bool:
-        """Track on from the mean of some poses, if it fits."""
-        x, y = (float(shares @ poses[:, axis]) for axis in (0, 1))
-        sin, cos = float(shares @ np.sin(poses[:, 2])), float(shares @ np.cos(poses[:, 2]))
-        pose = (x, y, math.atan2(sin, cos))
-        fits = self._sonar.fit(pose, ranges)
+        middles[:, 2] += self._reports.turned
+        found = search(self._sonar, middles, mass, ranges)
+        if found is None or found.share < FOUND_SHARE:
+            return False
+        fits = self._sonar.fit(found.pose, ranges)
         if fits < FOUND_AGREEMENT:
             return False
-        self._tracker.place(pose, spread=0.25, turn_spread=0.1)
-        self._align()
-        self.markov.know(pose, share=FOUND_SHARE)
+        self._tracker.place(found.pose, spread=0.15, turn_spread=0.1)
+        self.markov.know(found.pose, share=FOUND_MASS)
         self.agreement = fits
+        self._align()
         self._weigh()
         return not self.lost
 

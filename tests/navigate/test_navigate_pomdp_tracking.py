@@ -15,6 +15,8 @@ from navigate.body import BEARINGS, Motion, wrap
 from navigate.freezing import freeze, thaw
 from navigate.position import Directive, PomdpLocalizer
 from navigate.position._beacons import BeaconTracker, _nearest
+from navigate.position._search import search
+from navigate.position._sonar_model import SonarModel
 
 NORTH = math.pi / 2
 
@@ -137,3 +139,25 @@ def test_its_state_is_kept_and_gone_on_with_bit_for_bit():
         drive_north(one, 7.57, y, 2.0)
     assert again.estimate == localizer.estimate
     assert (again.markov.chances == localizer.markov.chances).all()
+
+
+def test_a_search_tells_how_far_the_best_pose_stands_out():
+    sonar = SonarModel(TRUE)
+    readings = ring(8.6, 37.2, 0.1)
+    crossing, corridor = (8.5, 37.2, 0.0), (7.57, 48.0, 0.0)
+    cells, even = np.array([crossing, corridor]), np.array([0.5, 0.5])
+    found = search(sonar, cells, even, readings)
+    assert math.dist(found.pose[:2], (8.6, 37.2)) < 0.2
+    assert found.share > 0.8
+    twice = search(sonar, np.array([crossing, (8.5, 58.2, 0.0)]), even, readings)
+    assert twice.share < found.share
+    assert search(sonar, cells, even, np.full(24, np.inf)) is None
+
+
+def test_suspects_are_what_is_believed_and_what_is_near():
+    belief = PomdpLocalizer(TRUE).markov
+    belief.know((7.57, 60.0, NORTH))
+    poses, mass = belief.suspects((7.57, 20.0), within=2.0, astray=0.3, most=50)
+    far = poses[:, 1] > 50.0
+    assert mass[far].sum() > 0.5
+    assert (np.hypot(*(poses[~far, :2] - (7.57, 20.0)).T) <= 2.0).any()
