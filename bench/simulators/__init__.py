@@ -1,0 +1,20 @@
+"""Simulators beside each other: one file each."""
+
+from __future__ import annotations
+
+from simulators.base import Simulator
+from simulators.irsim import IrSim, IrSimLoop
+from simulators.ng import Navground, NavgroundLoop
+from simulators.ours import Ours, OursFiltered, OursLoop
+
+SIMULATORS: dict[str, type[Simulator]] = {
+    "ours": Ours,
+    "navground": Navground,
+    "irsim": IrSim,
+    "ours-loop": OursLoop,
+    "ours-filter": OursFiltered,
+    "navground-loop": NavgroundLoop,
+    "irsim-loop": IrSimLoop,
+}
+
+__all__ = ["SIMULATORS", "Simulator"]
