@@ -156,7 +156,8 @@ def decode_messages(payload: Payload, message_type: type[Message]) -> Sequence[M
     Raises:
         InvalidMessageError: It is neither, or one of them does not fit: then none is taken.
     """
-    if not payload.data.startswith(b"["):
+    # A frame begins with any byte, since that counts the bytes of its header.
+    if payload.encoding.startswith(FRAME_TYPE) or not payload.data.startswith(b"["):
         return (decode_message(payload, message_type),)
     name = message_type.wire_name
     told = _told_revision(payload.encoding, name)

@@ -38,6 +38,11 @@ class Scan(Broadcast):
     odom: Float32Array
 
 
+class Mark(Broadcast):
+    name: str
+    ranges: Float32Array
+
+
 class Place(Broadcast):
     wire_name = "place"
     revision = 3
@@ -89,6 +94,18 @@ def test_messages_with_arrays_travel_alone_and_one_message_may():
     assert [p.encoding for p in encode_messages(scans)] == [f"{FRAME_TYPE};scan@1"] * 3
     place = Place(x=1, name="lab")
     assert list(decode_messages(encode_message(place), Place)) == [place]
+
+
+def test_a_frame_is_one_message_whatever_its_header_is_long():
+    first_bytes = set()
+    for length in range(256):
+        mark = Mark(name="x" * length, ranges=[1.0])
+        payload = encode_message(mark)
+        first_bytes.add(payload.data[0])
+        (back,) = decode_messages(payload, Mark)
+        assert isinstance(back, Mark)
+        assert (back.name, back.ranges.tolist()) == (mark.name, [1.0])
+    assert len(first_bytes) == 256
 
 
 def test_of_messages_that_travel_together_one_that_does_not_fit_is_named():
