@@ -122,6 +122,7 @@ class World:
         if not robots or len(set(robots)) < len(robots):
             raise RobotsError(robots, "one name or more, each once")
         self.plan, self.seed, self.profile = plan, seed, profile
+        self.people, self.carts = people, carts
         self.geometry = build_geometry(plan)
         self._doors = Doors(self.geometry)
         self._physics = Physics(self.geometry)

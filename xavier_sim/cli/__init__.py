@@ -10,6 +10,10 @@ COMMANDS = {
         "_recording:replay",
         "Play a recorded robot to the navigator in place of the simulated one, to its end.",
     ),
+    "verify": (
+        "_recording:verify",
+        "Simulate a recording again, and compare each sensor reading bit for bit.",
+    ),
     "speech": ("_speech:speech", "Run the speech board and the keyboard until they are stopped."),
     "survey": (
         "_survey:survey",

@@ -1,13 +1,24 @@
-"""``xavier run --record`` and ``xavier replay``: a robot into a file, and out of one."""
+"""``xavier run --record``, ``replay`` and ``verify``: a robot into a file, and out of one."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from tca_bus import BusOptions, configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, emit, emit_json, note
-from xavier_sim.recording import Beginning, RecordedRobot, Recorder, RecordingReader, listening
-from xavier_sim.running import RobotModule, RobotState, parse_speed
+from xavier_sim.recording import (
+    Beginning,
+    RecordedRobot,
+    Recorder,
+    RecordingReader,
+    listening,
+    retrace,
+)
+from xavier_sim.running import RobotModule, RobotState, make_fault, parse_speed
+from xavier_sim.sensors import Rays
 from xavier_sim.snapshots import SnapshotFile
 
 
@@ -38,6 +49,28 @@ async def replay(
         _sum_up(robot, reader, flags)
 
 
+def verify(
+    file: Path,
+    /,
+    *,
+    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "auto",
+    flags: BusFlags = DEFAULT_FLAGS,
+) -> None:
+    """Simulate a recording again, and compare each sensor reading bit for bit.
+
+    Args:
+        file: A recording made by 'xavier run --record'.
+        rays: What casts the rays of the sensors; it must make no difference.
+        flags: Shared flags; no bus is needed.
+    """
+    with RecordingReader(file) as reader:
+        ticks = retrace(reader, make_fault=make_fault, rays=rays)
+    if flags.json:
+        emit_json({"ticks": ticks, "complete": reader.is_finished})
+    else:
+        emit(f"{ticks:,} ticks come out the same, bit for bit")
+
+
 async def run_recorded(
     state: RobotState, store: SnapshotFile | None, options: BusOptions, file: Path
 ) -> None:
@@ -52,9 +85,14 @@ async def run_recorded(
 
 def beginning_of(state: RobotState) -> Beginning:
     """How things stand, for a recording that begins now."""
+    world = state.world
     return Beginning(
-        floor=state.world.plan,
-        seed=state.world.seed,
+        floor=world.plan,
+        seed=world.seed,
+        profile=world.profile,
+        people=world.people,
+        carts=world.carts,
+        world=world.snapshot(),
         speed=state.speed,
         time=state.now,
         doors=tuple(state.door_states()),

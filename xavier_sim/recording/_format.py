@@ -10,11 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
 from tca_bus import Payload, TcaError
 from xavier_sim.messages import BatteryState, DoorState, FloorPlan
+from xavier_sim.profile import RobotProfile
 
 PROFILE = "xavier"
 FORMAT = 1
@@ -43,7 +45,9 @@ class Beginning(BaseModel):
     """How things stood when the recording began.
 
     ``speed`` is simulated seconds per wall second, None for lockstep; ``time`` simulated seconds
-    since the epoch. ``floor`` is the building as it really is, not the navigator's map.
+    since the epoch. ``floor`` is the building as it really is, not the navigator's map; ``people``
+    walk its corridors and ``carts`` stand in them. ``world`` is the snapshot of the world, from
+    which it goes on bit for bit.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -55,6 +59,10 @@ class Beginning(BaseModel):
     time: float
     doors: tuple[DoorState, ...]
     battery: BatteryState
+    profile: RobotProfile
+    people: int
+    carts: int
+    world: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from tca_bus import Broadcast, InvalidMessageError
-from xavier_sim.messages import Drive, PlateReading, Sensors, TrueLocation
+from xavier_sim.messages import DoorMoved, Drive, Fault, PlateReading, Sensors, TrueLocation
 from xavier_sim.recording._format import Entry, RecordingFileError
 from xavier_sim.recording._wire_names import decode
 
@@ -19,7 +19,8 @@ class Tick:
     """One control tick of a recording.
 
     ``command`` is what its wheels were told, None at the last one; ``said`` what it broadcast
-    beside its sensors, ``plates`` what its camera read when it was asked.
+    beside its sensors, ``plates`` what its camera read when it was asked, ``changes`` what was
+    done to the world, in order.
     """
 
     sensors: Sensors
@@ -27,9 +28,12 @@ class Tick:
     command: Drive | None = None
     said: list[Broadcast] = field(default_factory=list)
     plates: list[PlateReading] = field(default_factory=list)
+    changes: list[DoorMoved | Fault] = field(default_factory=list)
 
     def add(self, message: BaseModel) -> None:
         """Take in what was recorded after the sensors and before those of the next tick."""
+        if isinstance(message, DoorMoved | Fault):
+            self.changes.append(message)
         match message:
             case TrueLocation():
                 self.truth = message
@@ -40,7 +44,7 @@ class Tick:
             case Broadcast():
                 self.said.append(message)
             case _:
-                # Faults and the like: what they did is in the readings.
+                # What faults do is in the readings.
                 return
 
 
