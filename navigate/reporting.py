@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
+from navigate.body import heard_ranges
 from navigate.driving import Drive
 from navigate.maps import CENTIMETRES, Floats, Point
-from navigate.messages import MOST_CELLS, BeliefCell, BeliefState, DriveProgress
+from navigate.messages import MOST_CELLS, BeliefCell, BeliefState, DriveProgress, Outlook
 from navigate.navigator import Navigator
 from navigate.routes import remaining, seconds_left
+from xavier_sim.messages import Sensors
 
 
 def belief_state(navigator: Navigator, goal: Point | None) -> BeliefState:
@@ -39,6 +43,31 @@ def drive_progress(navigator: Navigator, drive: Drive, task: str) -> DriveProgre
         goal_mass=navigator.mass_at(drive.goal),
         time=navigator.time,
     )
+
+
+def outlook(
+    navigator: Navigator, sensors: Sensors | None, drive: Drive | None, task: str
+) -> Outlook:
+    """All that is seen, believed and wanted, with the latest ``sensors`` and a task's drive."""
+    hindrances = navigator.memory.believed(navigator.time)
+    return Outlook(
+        belief=belief_state(navigator, drive.goal if drive else None),
+        sonar=_ranges(sensors) if sensors else [],
+        bump=sensors.bump if sensors else 0,
+        drive=drive_progress(navigator, drive, task) if drive else None,
+        way=_way(drive) if drive else [],
+        shut=sorted(hindrances.doors),
+        blocked=list(hindrances.points),
+    )
+
+
+def _way(drive: Drive) -> list[Point]:
+    return [(round(step.to[0], 3), round(step.to[1], 3)) for step in drive.steps]
+
+
+def _ranges(sensors: Sensors) -> list[float | None]:
+    ranges = heard_ranges(sensors).round(3).tolist()
+    return [reading if math.isfinite(reading) else None for reading in ranges]
 
 
 def _cells(poses: Floats, shares: Floats) -> tuple[BeliefCell, ...]:

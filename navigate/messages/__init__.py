@@ -12,6 +12,7 @@ from navigate.messages.drives import (
     Progress,
     StopDriving,
 )
+from navigate.messages.outlook import Outlook, ShowOutlook
 from navigate.messages.places import RoomLocation, RoomName, Rooms, ShowMap, WhereIsRoom
 from navigate.messages.position import (
     MOST_CELLS,
@@ -42,6 +43,7 @@ __all__ = [
     "NavigationOutcome",
     "NavigationReport",
     "NoticeLandmark",
+    "Outlook",
     "PlanRoute",
     "PlanRoutes",
     "Position",
@@ -53,6 +55,7 @@ __all__ = [
     "RouteTable",
     "SetPosition",
     "ShowMap",
+    "ShowOutlook",
     "Sight",
     "StopDriving",
     "WhereAmI",

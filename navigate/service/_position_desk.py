@@ -7,12 +7,15 @@ from navigate.messages import (
     Believed,
     Look,
     NoticeLandmark,
+    Outlook,
     Position,
     SetPosition,
+    ShowOutlook,
     Sight,
     WhereAmI,
 )
 from navigate.navigator import Navigator
+from navigate.service._helm import Helm
 from navigate.service._map_desk import told_unknown
 from navigate.service._telling import Teller
 from tca_bus import Context, HandlerFailedError, Module, NoHandlerError, TaskContext, TaskError
@@ -25,13 +28,15 @@ LOOK_SECONDS = 5.0
 class PositionDesk:
     """Serves the position estimate, and takes in what others know of it."""
 
-    def __init__(self, navigator: Navigator, module: Module, teller: Teller) -> None:
-        self._navigator, self._module, self._teller = navigator, module, teller
+    def __init__(self, navigator: Navigator, module: Module, helm: Helm, teller: Teller) -> None:
+        self._navigator, self._module = navigator, module
+        self._helm, self._teller = helm, teller
         module.serve(WhereAmI, self._on_where)
         module.serve(Believed, self._on_believed)
         module.serve(SetPosition, self._on_set_position)
         module.serve(NoticeLandmark, self._on_notice)
         module.serve(Look, self._on_look)
+        module.serve(ShowOutlook, self._on_outlook)
 
     async def _on_where(self, _query: WhereAmI, _context: Context) -> Position:
         return self._navigator.position()
@@ -46,6 +51,9 @@ class PositionDesk:
     async def _on_notice(self, command: NoticeLandmark, _context: TaskContext) -> Position:
         with told_unknown():
             return self._navigator.notice(command.room, sure=command.confidence)
+
+    async def _on_outlook(self, _query: ShowOutlook, _context: Context) -> Outlook:
+        return self._teller.outlook(self._helm.sensors)
 
     async def _on_look(self, _query: Look, _context: Context) -> Sight:
         reading = await self._read_plate()

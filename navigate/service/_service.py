@@ -29,7 +29,7 @@ class NavigateService:
         self._teller = Teller(navigator, self.module)
         self._helm = Helm(navigator, self.module, self._stepped)
         self._goals = GoalDesk(navigator, self.module, self._helm, self._teller)
-        PositionDesk(navigator, self.module, self._teller)
+        PositionDesk(navigator, self.module, self._helm, self._teller)
         MapDesk(navigator, self.module)
 
     async def run(self) -> None:

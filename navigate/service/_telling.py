@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from navigate.driving import Drive
-from navigate.messages import Belief, BeliefState, Progress
+from navigate.messages import Belief, BeliefState, Outlook, Progress
 from navigate.navigator import Navigator
-from navigate.reporting import belief_state, drive_progress
+from navigate.reporting import belief_state, drive_progress, outlook
 from tca_bus import Module
+from xavier_sim.messages import Sensors
 
 PERIOD = 1.0
 """Simulated seconds between two beliefs, and between two words on a drive."""
@@ -27,6 +28,10 @@ class Teller:
     def believed(self) -> BeliefState:
         """The belief now."""
         return belief_state(self._navigator, self._drive.goal if self._drive else None)
+
+    def outlook(self, sensors: Sensors | None) -> Outlook:
+        """All that is seen, believed and wanted, with the latest ``sensors``."""
+        return outlook(self._navigator, sensors, self._drive, self._task)
 
     def began(self, drive: Drive, task: str) -> None:
         """A drive has begun for a task: tell of it at the next tick."""

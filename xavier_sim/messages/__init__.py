@@ -46,6 +46,7 @@ from xavier_sim.messages.robot import (
     WhereReally,
 )
 from xavier_sim.messages.speech import Ask, Heard, Say, Spoken, Subject, Typed
+from xavier_sim.messages.worldview import ShowWorld, Standing, WorldView
 
 __all__ = [
     "BUMP_PANELS",
@@ -91,11 +92,13 @@ __all__ = [
     "ReadPlate",
     "Say",
     "Sensors",
+    "ShowWorld",
     "Slip",
     "SonarFault",
     "Space",
     "SpaceKind",
     "Spoken",
+    "Standing",
     "Subject",
     "TrueLocation",
     "Typed",
@@ -103,4 +106,5 @@ __all__ = [
     "WhereReally",
     "WhoIsIn",
     "WorldDoors",
+    "WorldView",
 ]

@@ -19,9 +19,11 @@ from xavier_sim.messages import (
     ReadBattery,
     ReadFaults,
     ReadPlate,
+    ShowWorld,
     TrueLocation,
     WhereReally,
     WorldDoors,
+    WorldView,
 )
 from xavier_sim.running._faults import make_fault
 from xavier_sim.running._outlet import Outlet
@@ -49,6 +51,7 @@ class RobotDesk:
         self._told: BatteryState | None = None
         module.serve(WhereReally, self._on_where)
         module.serve(WorldDoors, self._on_doors)
+        module.serve(ShowWorld, self._on_world)
         module.serve(MoveDoor, self._on_move_door)
         module.serve(ReadPlate, self._on_read_plate)
         module.serve(ReadBattery, self._on_read_battery)
@@ -68,6 +71,9 @@ class RobotDesk:
 
     async def _on_doors(self, _query: WorldDoors, _context: Context) -> list[DoorState]:
         return self._state.door_states()
+
+    async def _on_world(self, _query: ShowWorld, _context: Context) -> WorldView:
+        return self._state.world_view()
 
     async def _on_move_door(self, query: MoveDoor, _context: Context) -> DoorState:
         before = self._state.world.doors()

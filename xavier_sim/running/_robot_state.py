@@ -10,7 +10,9 @@ from xavier_sim.messages import (
     DoorState,
     FaultState,
     Sensors,
+    Standing,
     TrueLocation,
+    WorldView,
 )
 from xavier_sim.profile import TICK
 from xavier_sim.robot import Reading, Robot
@@ -141,6 +143,16 @@ class RobotState:
     def door_states(self) -> list[DoorState]:
         """Every door as a message."""
         return [DoorState(room=room, open=is_open) for room, is_open in self.world.doors().items()]
+
+    def world_view(self) -> WorldView:
+        """All that one sees who looks on, as a message."""
+        discs = self.world.discs
+        return WorldView(
+            floor=self.world.plan,
+            doors=self.door_states(),
+            robot=self.true_location(),
+            standing=[Standing(x=d.x, y=d.y, radius=d.radius, person=d.person) for d in discs],
+        )
 
     def battery_state(self) -> BatteryState:
         """How full the battery is, as a message; a robot without one is always full."""
