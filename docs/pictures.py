@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+from navigate.messages import Outlook
+from navigate.view import draw_svg as draw_robot
 from rogue.errands import Errand, figure9, load_office_problem
 from rogue.explain import draw_svg
 from rogue.prodigy import Execute, Search, goal_tree
+from xavier_sim.messages import FloorPlan, WorldView
 
 HERE = Path(__file__).parent
 
@@ -29,7 +33,14 @@ def figure_9() -> str:
     return draw_svg(goal_tree(search), title="Two errands, the second while the robot drives")
 
 
-PICTURES = {"figure9.svg": figure_9}
+def navigator() -> str:
+    """Figure 3 of the same paper, of a moment that was kept: people about, belief in two minds."""
+    kept = json.loads((HERE / "navigate-moment.json").read_text(encoding="utf-8"))
+    told, world = Outlook.model_validate(kept["navigator"]), WorldView.model_validate(kept["world"])
+    return draw_robot(told, FloorPlan.model_validate(kept["map"]), world)
+
+
+PICTURES = {"figure9.svg": figure_9, "navigate.svg": navigator}
 
 if __name__ == "__main__":
     for name, draw in PICTURES.items():

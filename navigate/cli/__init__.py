@@ -7,10 +7,10 @@ __all__ = ["app", "main"]
 COMMANDS = {
     "run": ("_run:run", "Run the navigator until it is stopped."),
     "plan": (
-        "_client:plan",
+        "_plan:plan",
         "Show the best route between two rooms, as the navigator knows the floor now.",
     ),
-    "where": ("_client:where", "Show where the robot believes to be."),
+    "where": ("_where:where", "Show where the robot believes to be."),
 }
 """Where each command is and what it does; only the one that is called is imported."""
 

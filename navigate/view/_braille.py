@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from navigate.view._ink import Point, Window
 
 BLANK = 0x2800
@@ -58,4 +60,5 @@ class Braille:
 
     def _on_page(self, point: Point) -> tuple[int, int]:
         x, y = point[0] - self._middle[0], point[1] - self._middle[1]
-        return int(self.columns + x * self.scale // 1), int(2 * self.rows - y * self.scale // 1)
+        across, down = self.columns + x * self.scale, 2 * self.rows - y * self.scale
+        return math.floor(across), math.floor(down)

@@ -1,13 +1,13 @@
-"""Commands of ``navigate`` that ask the navigator."""
+"""``navigate plan``: the best route between two rooms."""
 
 from __future__ import annotations
 
-import os
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from navigate.messages import PlanRoute, Position, Rooms, Route, WhereAmI
+from navigate.cli._naming import client_name
+from navigate.messages import PlanRoute, Rooms, Route
 from tca_bus import Module, TcaError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, emit, emit_json, show_table
 
@@ -40,22 +40,8 @@ async def plan(
         _show_route(route)
 
 
-async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
-    """Show where the robot believes to be.
-
-    Args:
-        flags: Shared flags.
-    """
-    async with Module(_client_name(), options=bus_options(flags)) as module:
-        position = await module.query(WhereAmI())
-    if flags.json:
-        emit_json(position)
-    else:
-        _show_position(position)
-
-
 async def _plan_online(start: str, goal: str, flags: BusFlags) -> Route:
-    async with Module(_client_name(), options=bus_options(flags)) as module:
+    async with Module(client_name(), options=bus_options(flags)) as module:
         known = {location.room for location in await module.query(Rooms())}
         for room in (start, goal):
             if room.lower() not in known:
@@ -69,18 +55,6 @@ def _no_such_room(room: str, known: list[str]) -> TcaError:
     return UnknownRoomError(room, known)
 
 
-def _client_name() -> str:
-    return f"navigate-{os.getpid()}"
-
-
 def _show_route(route: Route) -> None:
     emit(f"{route.metres:.1f} m, about {route.seconds:.0f} s, by {' - '.join(route.via)}")
     show_table(["x", "y"], [[f"{x:.2f}", f"{y:.2f}"] for x, y in route.points])
-
-
-def _show_position(position: Position) -> None:
-    emit(
-        f"({position.x:.2f}, {position.y:.2f}) m, heading {position.theta:.2f} rad, "
-        f"give or take {position.deviation:.2f} m and {position.heading_deviation:.2f} rad"
-        + (f", at {position.room} ({position.confidence:.0%} sure)" if position.room else "")
-    )
