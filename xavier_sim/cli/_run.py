@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from tca_bus import configure_logging
+from tca_bus import ConfigError, configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 from xavier_sim.cli._flags import Data
-from xavier_sim.cli._worlds import DEFAULT_WORLD, WorldFlags, open_world
-from xavier_sim.running import RobotModule
+from xavier_sim.cli._worlds import DEFAULT_WORLD, WorldFlags, open_team, open_world
+from xavier_sim.running import RobotModule, run_team
 
 
 async def run(
@@ -32,6 +33,13 @@ async def run(
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
+    if world.robots is not None:
+        if record is not None:
+            raise ConfigError("--record", record, "none with --robots: it records one robot")
+        options = {name: bus_options(replace(flags, realm=name)) for name in world.names}
+        team, store = open_team(world, speed=speed, data=data, epoch=epoch)
+        await run_team(team, store, options)
+        return
     state, store = open_world(world, speed=speed, data=data, epoch=epoch)
     if record is None:
         await RobotModule(state, store, bus_options(flags)).run()

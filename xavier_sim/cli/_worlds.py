@@ -16,10 +16,10 @@ from tca_bus import ConfigError
 from xavier_sim.cli._flags import checked_seed
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
-from xavier_sim.running import RobotState, SimClock, parse_speed
+from xavier_sim.running import RobotState, SimClock, Team, parse_speed
 from xavier_sim.sensors import Rays
 from xavier_sim.snapshots import SnapshotFile
-from xavier_sim.world import World
+from xavier_sim.world import ROBOT, World
 
 WORLD_GROUP = Group("World", sort_key=10)
 
@@ -41,6 +41,9 @@ class WorldFlags:
     battery: float | None = None
     """Hours that a full battery lasts standing, or half of them driving; it needs no charging
     when not given."""
+    robots: str | None = None
+    """Names of several robots in the world, as in "xavier,yoda": each is on the realm of its name.
+    One robot on --realm when not given."""
     people_walking: Count = 0
     """How many people walk the corridors and stand about in them."""
     carts: Count = 0
@@ -49,6 +52,13 @@ class WorldFlags:
     """What casts the rays of the sensors: numba, the extra "fast", is quicker and the same; auto
     takes it where it is installed."""
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The robots in the world."""
+        if self.robots is None:
+            return (ROBOT,)
+        return tuple(name.strip() for name in self.robots.split(","))
+
 
 DEFAULT_WORLD = WorldFlags()
 
@@ -56,26 +66,29 @@ DEFAULT_WORLD = WorldFlags()
 def open_world(
     flags: WorldFlags, *, speed: str, data: Path | None, epoch: str | None
 ) -> tuple[RobotState, SnapshotFile | None]:
-    """Make the world that flags name, or go on with the one in ``data``.
+    """Make the world of one robot that flags name, or go on with the one in ``data``.
 
     Raises:
         ConfigError: a flag cannot be used.
         FloorError: the floor plan is wrong.
         NoRoomError: the floor has no room for so many people or carts.
-        SnapshotError: what lies in the data folder is no world of this floor.
+        RobotsError: what lies in the data folder is a world of other robots.
+        SnapshotError: it is no world of this floor.
     """
-    pace = parse_speed(speed)
-    start = _epoch(epoch)
-    world = make_world(flags)
-    state = RobotState(world, SimClock(start), speed=pace)
-    if data is None:
-        return state, None
-    store = SnapshotFile(data)
-    saved = store.load(floor=world.plan.name)
-    if saved is not None:
-        follows_wall = pace == 1.0 and epoch is None
-        state.restore(saved, at_least=start if follows_wall else 0.0)
-    return state, store
+    pace, start = parse_speed(speed), _epoch(epoch)
+    state = RobotState(make_world(flags), SimClock(start), speed=pace)
+    at_least = start if pace == 1.0 and epoch is None else 0.0
+    return state, _resumed(state, data, at_least)
+
+
+def open_team(
+    flags: WorldFlags, *, speed: str, data: Path | None, epoch: str | None
+) -> tuple[Team, SnapshotFile | None]:
+    """Make the world of several robots that flags name; otherwise as `open_world`."""
+    pace, start = parse_speed(speed), _epoch(epoch)
+    team = Team(make_world(flags), SimClock(start), speed=pace)
+    at_least = start if pace == 1.0 and epoch is None else 0.0
+    return team, _resumed(team, data, at_least)
 
 
 def make_world(flags: WorldFlags) -> World:
@@ -84,10 +97,22 @@ def make_world(flags: WorldFlags) -> World:
         load_floor(str(find_floor(flags.map))),
         checked_seed(flags.seed),
         _with_battery(PROFILES[flags.profile], flags.battery),
+        robots=flags.names,
         people=flags.people_walking,
         carts=flags.carts,
         rays=flags.rays,
     )
+
+
+def _resumed(state: RobotState | Team, data: Path | None, at_least: float) -> SnapshotFile | None:
+    """Let a world go on from where it was left, and tell where to keep it."""
+    if data is None:
+        return None
+    store = SnapshotFile(data)
+    saved = store.load(floor=state.world.plan.name)
+    if saved is not None:
+        state.restore(saved, at_least=at_least)
+    return store
 
 
 def _with_battery(profile: RobotProfile, hours: float | None) -> RobotProfile:

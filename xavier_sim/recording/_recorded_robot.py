@@ -196,6 +196,10 @@ class RecordedRobot:
         self._looks += 1
         return plates[min(self._looks, len(plates)) - 1] if plates else None
 
+    def wake_by(self, wake: Callable[[], None]) -> None:
+        """Nothing but its driver moves it."""
+        del wake
+
     def open_desk(
         self, module: Module, outlet: Outlet, changed: Callable[[], None]
     ) -> RecordedDesk:

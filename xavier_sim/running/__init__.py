@@ -7,13 +7,16 @@ from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._robot_module import RobotModule
 from xavier_sim.running._robot_state import RobotState
 from xavier_sim.running._simulated_time import SimClock
+from xavier_sim.running._team import Team, run_team
 
 __all__ = [
     "Reflex",
     "RobotModule",
     "RobotState",
     "SimClock",
+    "Team",
     "Witness",
     "make_fault",
     "parse_speed",
+    "run_team",
 ]

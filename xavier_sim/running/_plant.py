@@ -57,6 +57,9 @@ class Plant(Protocol):
     ) -> bool:
         """Whether it may go on by a tick in lockstep, or is at its end; as `may_tick`."""
 
+    def wake_by(self, wake: Callable[[], None]) -> None:
+        """Be told whom to wake when something else than a message may let it tick."""
+
     def saved(self) -> Saved | None:
         """What to keep of it now; None for nothing."""
 

@@ -49,6 +49,7 @@ class RobotDesk:
     ) -> None:
         self._state, self._outlet, self._changed = state, outlet, changed
         self._told: BatteryState | None = None
+        self._doors = state.world.doors()
         module.serve(WhereReally, self._on_where)
         module.serve(WorldDoors, self._on_doors)
         module.serve(ShowWorld, self._on_world)
@@ -59,12 +60,27 @@ class RobotDesk:
         module.serve(ReadFaults, self._on_faults)
 
     async def tell_news(self) -> None:
-        """Broadcast the battery's state when it is worth it: every hundredth, every change."""
+        """Broadcast which doors have moved, and the battery's state when it is worth it.
+
+        It is at every hundredth and at every change.
+        """
+        await self._tell_doors()
         state = self._state.battery_state()
         if self._told is not None and not _differ(self._told, state):
             return
         self._told = state
         await self._outlet.broadcast(Battery(state=state))
+
+    async def _tell_doors(self) -> None:
+        """Tell of doors whoever listens here: they may have been moved from another realm."""
+        before, now = self._doors, self._state.world.doors()
+        if before == now:
+            return
+        self._doors = now
+        for room, is_open in now.items():
+            if before[room] != is_open:
+                moved = DoorMoved(room=room, open=is_open, time=self._state.now)
+                await self._outlet.broadcast(moved)
 
     async def _on_where(self, _query: WhereReally, _context: Context) -> TrueLocation:
         return self._state.true_location()
@@ -76,14 +92,12 @@ class RobotDesk:
         return self._state.world_view()
 
     async def _on_move_door(self, query: MoveDoor, _context: Context) -> DoorState:
-        before = self._state.world.doors()
         try:
             room, is_open = self._state.world.set_door(query.room, is_open=query.open)
         except UnknownDoorError as error:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         self._changed()
-        if before[room] != is_open:
-            await self._outlet.broadcast(DoorMoved(room=room, open=is_open, time=self._state.now))
+        await self._tell_doors()
         return DoorState(room=room, open=is_open)
 
     async def _on_read_plate(self, _query: ReadPlate, _context: Context) -> PlateReading:
@@ -102,7 +116,7 @@ class RobotDesk:
 
     async def _on_fault(self, query: Fault, _context: Context) -> FaultState:
         try:
-            make_fault(self._state.world, query.fault)
+            make_fault(self._state.world, query.fault, self._state.name)
         except UnknownDoorError as error:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         except NotFreeError as error:

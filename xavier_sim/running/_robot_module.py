@@ -59,6 +59,7 @@ class RobotModule:
         self._present: dict[str, str] = {}
         self._bell, self._reflex = asyncio.Event(), Reflex()
         self._reflex.sense(state.reading)
+        state.wake_by(self._bell.set)
         self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
@@ -114,8 +115,9 @@ class RobotModule:
             self._bell.clear()
             wall = time.monotonic()
             self._clean_demands(wall)
+            may_tick = self._may_tick()
             if self._settled:
-                await self._tell_time(resting=not self._may_tick())
+                await self._tell_time(resting=not may_tick)
                 if self._may_tick():
                     return
             await self._repeat_sensors(wall)

@@ -36,16 +36,20 @@ class RobotState:
         world: freshly made.
         clock: the time of its ticks.
         speed: simulated seconds per wall second, None for lockstep.
+        name: of the robot that is shown to the bus; the first one when not given.
     """
 
-    def __init__(self, world: World, clock: SimClock, *, speed: float | None) -> None:
+    def __init__(
+        self, world: World, clock: SimClock, *, speed: float | None, name: str | None = None
+    ) -> None:
         self.world, self.clock, self.speed = world, clock, speed
+        self.name = name or next(iter(world.robots))
         self.tick_limit = world.tick
 
     @property
     def robot(self) -> Robot:
         """The robot that is shown to the bus."""
-        return self.world.robot
+        return self.world.robots[self.name]
 
     @property
     def tick(self) -> int:
@@ -81,6 +85,10 @@ class RobotState:
     ) -> bool:
         """Whether time may move by a tick in lockstep; see `xavier_sim.running._pacing`."""
         return may_tick(driven=driven, answered=answered, busy=busy, moving=moving, holding=holding)
+
+    def wake_by(self, wake: Callable[[], None]) -> None:
+        """Nothing but its driver and those who wait for a time move it."""
+        del wake
 
     def open_desk(self, module: Module, outlet: Outlet, changed: Callable[[], None]) -> RobotDesk:
         """Serve what is asked of the robot beside driving."""
@@ -124,7 +132,7 @@ class RobotState:
 
     def true_location(self) -> TrueLocation:
         """Where the robot really is, as a message."""
-        truth = self.world.truth()
+        truth = self.world.truth(self.name)
         return TrueLocation(
             x=truth.x,
             y=truth.y,
@@ -167,4 +175,4 @@ class RobotState:
 
     def fault_state(self) -> FaultState:
         """What is wrong with the robot, as a message."""
-        return fault_state(self.world, self.now)
+        return fault_state(self.world, self.now, self.name)
