@@ -109,7 +109,7 @@ def drive_to(world: World, navigator: Navigator, room: str, tally: Tally) -> Non
     tally.drives += 1
     tally.metres += after.metres - before.metres
     tally.bumps += after.bumps - before.bumps
-    tally.recoveries += len(drive.troubles)
+    tally.recoveries += drive.recoveries
     tally.waited += drive.courtesy.waited
     tally.touched, tally.hit = after.people_touched, after.people_hit
     tally.hardest = after.hardest_hit

@@ -16,7 +16,7 @@ from navigate.body import (
     plausible,
     wrap,
 )
-from navigate.driving import STOP, Drive, Driver, Surroundings, View, Wheels
+from navigate.driving import STOP, DoorLog, Drive, Driver, Surroundings, View, Wheels
 from navigate.freezing import freeze, thaw
 from navigate.maps import Floats, Floor, Point
 from navigate.messages import NavigationReport, Position
@@ -60,7 +60,7 @@ class Navigator:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "time", "_odom", "_ranges", "_still_ticks", "_searches",
-        "localizer", "memory", "surroundings", "_confidence",
+        "localizer", "memory", "surroundings", "doors", "_confidence",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
@@ -69,7 +69,8 @@ class Navigator:
         self.planner = Planner(floor)
         self.memory = Memory()
         self.surroundings = Surroundings()
-        self.driver = Driver(self.planner, self.memory)
+        self.doors = DoorLog()
+        self.driver = Driver(self.planner, self.memory, self.doors)
         self.distances = Distances(self.planner)
         self._confidence = Confidence(floor, self.localizer)
         self.time = 0.0
@@ -126,7 +127,7 @@ class Navigator:
             position=self.position(),
             metres=round(drive.metres, 3),
             seconds=round(self.time - drive.began, 3),
-            recoveries=len(drive.troubles),
+            recoveries=drive.recoveries,
             outcome=drive.failure.reason if drive.failure else "arrived",
             goal_mass=self.mass_at(drive.goal),
             entropy=round(self.localizer.belief().entropy, 4),

@@ -39,7 +39,7 @@ def drive_progress(navigator: Navigator, drive: Drive, task: str) -> DriveProgre
         seconds_left=round(seconds_left(at, steps), 1) if steps else None,
         metres=round(drive.metres, 2),
         seconds=round(navigator.time - drive.began, 2),
-        recoveries=len(drive.troubles),
+        recoveries=drive.recoveries,
         goal_mass=navigator.mass_at(drive.goal),
         time=navigator.time,
     )

@@ -1,8 +1,21 @@
 """How to go there: manoeuvres, obstacle avoidance, doors, reactive safety."""
 
-from navigate.driving._driver import Drive, Driver
+from navigate.driving._doorlog import DoorLog, DoorTally
+from navigate.driving._drive import Drive, GoalFailedError
+from navigate.driving._driver import Driver
 from navigate.driving._safety import must_stop
 from navigate.driving._surroundings import Surroundings
 from navigate.driving._view import STOP, View, Wheels
 
-__all__ = ["STOP", "Drive", "Driver", "Surroundings", "View", "Wheels", "must_stop"]
+__all__ = [
+    "STOP",
+    "DoorLog",
+    "DoorTally",
+    "Drive",
+    "Driver",
+    "GoalFailedError",
+    "Surroundings",
+    "View",
+    "Wheels",
+    "must_stop",
+]

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 
-from navigate.body import RING_RADIUS, ROBOT_RADIUS, Pose, wrap
+from navigate.body import RING_RADIUS, ROBOT_RADIUS, wrap
 from navigate.driving._doorframe import DoorFrame
+from navigate.driving._doorlog import DoorLog
 from navigate.driving._turning import turn_by, turn_rate
 from navigate.driving._view import STOP, DoorMissed, DoorShut, Manoeuvre, View, Wheels
 from navigate.maps import Passage
@@ -34,10 +35,21 @@ COMMITTED = -0.42
 """Metres before the line at which the robot decides whether it is lined up."""
 
 TRIES = 3
+BACK_TO, BACK_SECONDS = -0.85, 9.0
+"""Metres before the line from which a new try begins, and how long backing may take."""
+
+ASIDE = 0.1
+"""Metres beside the axis to which the robot backs out before it tries again."""
+
+ONWARD, STANDING_SECONDS = 0.03, 6.0
+"""Metres that count as getting on, and seconds without them after which it does not."""
 
 
-def pass_door(view: View, door: Passage, sign: float) -> Manoeuvre[View]:
+def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre[View]:
     """Pass ``door`` in the direction ``sign`` along its normal, up to `BEYOND` behind it.
+
+    A try that ends out of line, or on which the robot does not get on, is followed by another
+    one from farther off and from a little to the side, where the jambs are seen anew.
 
     Raises:
         DoorShut: it is closed or obstructed, and stayed so.
@@ -45,13 +57,16 @@ def pass_door(view: View, door: Passage, sign: float) -> Manoeuvre[View]:
     """
     frame = DoorFrame(door, sign, view)
     for attempt in range(TRIES):
+        log.try_door(door.name)
         if frame.locate(view.odom)[0] < COMMITTED + 0.1:
             view = yield from _face(view, frame)
             view = yield from _await_open(view, frame)
         view = yield from _creep(view, frame, last=attempt == TRIES - 1)
         if frame.locate(view.odom)[0] >= BEYOND - 0.02:
             return view
-        view = yield from _retreat(view, frame)
+        if frame.locate(view.odom)[0] > COMMITTED + 0.1:
+            log.get_stuck(door.name)
+        view = yield from _retreat(view, frame, aside=ASIDE * (1.0 - 2.0 * (attempt % 2)))
     raise DoorMissed(door.name)
 
 
@@ -79,12 +94,18 @@ def _open(view: View, frame: DoorFrame) -> bool:
 
 
 def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:
-    """Drive along the axis of the door; returns behind it, or before it when not in line."""
+    """Drive along the axis of the door; returns behind it, or before it when it gets no farther.
+
+    That is when the robot is out of line where it may not be any more, or stands too long.
+    """
+    farthest, since = -math.inf, view.time
     checked = frame.locate(view.odom)[0] > COMMITTED
     while True:
         frame.measure(view)
         ahead, left, turned = frame.locate(view.odom)
-        if ahead >= BEYOND - 0.02:
+        if ahead > farthest + ONWARD:
+            farthest, since = ahead, view.time
+        if ahead >= BEYOND - 0.02 or view.time - since > STANDING_SECONDS:
             return view
         if not checked and ahead > COMMITTED:
             checked = True
@@ -92,6 +113,7 @@ def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:
                 return view
         if view.ranges[0] < CLEAR and ahead < BEYOND - 0.2:
             view = yield from _await_clear(view, frame)
+            since = view.time
         else:
             view = yield _steer(ahead, left, turned)
 
@@ -121,15 +143,15 @@ def _await_clear(view: View, frame: DoorFrame) -> Manoeuvre[View]:
     return view
 
 
-def _retreat(view: View, frame: DoorFrame) -> Manoeuvre[View]:
-    """Back out to where a new try can begin, coming nearer to the axis on the way."""
-    began: Pose = view.odom
-    until = view.time + 6.0
-    while view.time < until and math.dist(began[:2], view.odom[:2]) < 0.45:
+def _retreat(view: View, frame: DoorFrame, *, aside: float = 0.0) -> Manoeuvre[View]:
+    """Back out to where a new try can begin, ``aside`` metres to the left of the axis."""
+    until = view.time + BACK_SECONDS
+    while view.time < until:
         ahead, left, turned = frame.locate(view.odom)
-        if ahead < -0.75:
+        if ahead < BACK_TO:
             break
         frame.measure(view)
-        error = wrap(max(-0.35, min(0.35, 2.0 * left)) - turned)
+        off = left - (aside if ahead < COMMITTED else 0.0)
+        error = wrap(max(-0.35, min(0.35, 2.0 * off)) - turned)
         view = yield Wheels(-0.15, turn_rate(error, top=0.6), narrow=True)
     return view

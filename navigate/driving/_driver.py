@@ -7,11 +7,11 @@ master by itself it does not report as failure.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 from navigate.body import bump_direction
-from navigate.driving._courtesy import Courtesy
+from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorpass import pass_door
+from navigate.driving._drive import LIMITS, Drive, GoalFailedError
 from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._safety import guard
 from navigate.driving._turning import back_off, turn_by, wait
@@ -19,9 +19,9 @@ from navigate.driving._view import (
     STOP,
     Astray,
     Bumped,
-    DoorMissed,
     DoorShut,
     Manoeuvre,
+    Rerouted,
     Stuck,
     Trouble,
     View,
@@ -51,51 +51,22 @@ BUMP_PAUSE = 0.5
 """Seconds for which one contact counts as one bump."""
 
 SEARCH_SECONDS = 30.0
+REPLAN_SECONDS = 5.0
+"""How often the robot looks on its way whether another one is better."""
+
+WORTH_SECONDS, WORTH_SHARE = 10.0, 0.2
+"""What another way must save for the robot to take it: seconds, and a share of what is left."""
+
 TURN_BEFORE = 0.7
 """Radians between two straight ways beyond which the robot slows down for the turn."""
-
-LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
-    Bumped: (6, NavigationFailure.BUMP),
-    DoorShut: (4, NavigationFailure.DOOR_BLOCKED),
-    DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
-    WayBlocked: (4, NavigationFailure.CORRIDOR_BLOCKED),
-    Stuck: (2, NavigationFailure.NO_PROGRESS),
-    Astray: (3, NavigationFailure.LOST),
-}
-"""How often each trouble is recovered from in one drive, and what the next one fails with."""
-
-
-class GoalFailedError(Exception):
-    """A drive ended without arriving; ``reason`` is its name on the bus."""
-
-    def __init__(self, reason: NavigationFailure, text: str) -> None:
-        self.reason, self.text = reason, text
-        super().__init__(text)
-
-
-@dataclass
-class Drive:
-    """What a drive has come to so far. ``failure`` and ``done`` tell how it ended."""
-
-    goal: Point
-    began: float
-    metres: float = 0.0
-    troubles: list[Trouble] = field(default_factory=list)
-    steps: list[Step] = field(default_factory=list)
-    done: bool = False
-    failure: GoalFailedError | None = None
-    nearest: float = math.inf
-    nearest_at: float = 0.0
-    bumped_at: float = -math.inf
-    course: Manoeuvre[None] | None = None
-    courtesy: Courtesy = field(default_factory=Courtesy)
 
 
 class Driver:
     """Drives to one goal at a time."""
 
-    def __init__(self, planner: Planner, memory: Memory) -> None:
+    def __init__(self, planner: Planner, memory: Memory, doors: DoorLog | None = None) -> None:
         self._planner, self._memory = planner, memory
+        self.doors = doors or DoorLog()
         self._view: View | None = None
         self.drive: Drive | None = None
 
@@ -109,8 +80,8 @@ class Driver:
 
     def cancel(self) -> None:
         """Give the goal up and stand."""
-        if self.drive and self.drive.course:
-            self.drive.course.close()
+        if self.drive is not None:
+            self.drive.cancel()
         self.drive = None
 
     @property
@@ -135,11 +106,13 @@ class Driver:
             if view is None:
                 return next(course)
             trouble = self._interrupt(drive, view)
-            return course.throw(trouble) if trouble else course.send(view)
+            event = trouble or self._better(drive, view)
+            return course.throw(event) if event else course.send(view)
         except StopIteration:
             drive.done = True
         except GoalFailedError as failure:
             drive.done, drive.failure = True, failure
+            self.doors.give_up()
         return STOP
 
     def _interrupt(self, drive: Drive, view: View) -> Trouble | None:
@@ -163,9 +136,11 @@ class Driver:
                     met, trouble = trouble, None
                     view = yield from self._recover(drive, view, met)
                 view = yield from self._attempt(drive, view)
+            except Rerouted:
+                view = self._latest(view)
             except Trouble as met:
                 trouble, view = met, self._latest(view)
-                _count(drive, met)
+                drive.meet(met)
             else:
                 return
 
@@ -177,13 +152,14 @@ class Driver:
         if not view.lost:
             drive.steps = self._plan(drive, view)
             drive.nearest, drive.nearest_at = math.inf, view.time
+            drive.planned_at = view.time
         view = yield STOP
         start, behind_door = view.at, False
         while drive.steps:
             _check(view)
             step = drive.steps[0]
             if step.door is not None:
-                view = yield from self._pass(view, step, step.door)
+                view = yield from self._pass(drive, view, step, step.door)
             elif not _lined_up(view, drive.steps):
                 way = self._way(step, start)
                 view = yield from _go(view, way, drive, behind_door=behind_door)
@@ -192,10 +168,36 @@ class Driver:
         _check(view)
         return view
 
-    def _pass(self, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
-        view = yield from pass_door(view, door, side_of(door, step.to))
+    def _pass(self, drive: Drive, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
+        drive.in_door = True
+        try:
+            view = yield from pass_door(view, door, side_of(door, step.to), self.doors)
+        except DoorShut:
+            self.doors.find_shut(door.name)
+            raise
+        except Trouble:
+            self.doors.get_stuck(door.name)
+            raise
+        finally:
+            drive.in_door = False
         self._memory.opened(door.name)
+        self.doors.get_through(door.name)
         return view
+
+    def _better(self, drive: Drive, view: View) -> Rerouted | None:
+        """Look every few seconds whether another way has become much better than this one."""
+        due = view.time - drive.planned_at > REPLAN_SECONDS
+        if not due or drive.in_door or view.lost or not drive.steps:
+            return None
+        drive.planned_at = view.time
+        outlook = self._memory.outlook(view.time)
+        left = self._planner.seconds_now(view.at, drive.steps, outlook)
+        try:
+            other = self._planner.plan(view.at, drive.goal, outlook)
+        except NoRouteError:
+            return None
+        saved = left - sum(step.seconds for step in other)
+        return Rerouted() if saved > max(WORTH_SECONDS, WORTH_SHARE * left) else None
 
     def _way(self, step: Step, start: Point) -> Way:
         floor = self._planner.floor
@@ -211,7 +213,8 @@ class Driver:
             except NoRouteError as error:
                 why = error
         if isinstance(met, DoorShut | WayBlocked):
-            raise GoalFailedError(LIMITS[type(met)][1], f"{met}, and there is no other way")
+            text = f"{met}, and there is no other way"
+            raise GoalFailedError(LIMITS[type(met)][1], text, by_trouble=True)
         raise GoalFailedError(NavigationFailure.NO_ROUTE, str(why))
 
     def _recover(self, drive: Drive, view: View, trouble: Trouble) -> Manoeuvre[View]:
@@ -247,18 +250,6 @@ def _check(view: View) -> None:
         raise Astray
 
 
-def _count(drive: Drive, trouble: Trouble) -> None:
-    """Count a trouble.
-
-    Raises:
-        GoalFailedError: there were too many of its kind.
-    """
-    drive.troubles.append(trouble)
-    most, reason = LIMITS[type(trouble)]
-    if sum(type(met) is type(trouble) for met in drive.troubles) > most:
-        raise GoalFailedError(reason, f"{trouble}, for the {most + 1}. time on this drive")
-
-
 def _look_round(view: View) -> Manoeuvre[View]:
     """Turn and stand in turn until the position is found again.
 
@@ -268,7 +259,8 @@ def _look_round(view: View) -> Manoeuvre[View]:
     until = view.time + SEARCH_SECONDS
     while view.lost:
         if view.time > until:
-            raise GoalFailedError(NavigationFailure.LOST, f"{Astray()}, wherever it looks")
+            text = f"{Astray()}, wherever it looks"
+            raise GoalFailedError(NavigationFailure.LOST, text, by_trouble=True)
         view = yield from wait(view, 1.5)
         if view.lost:
             view = yield from turn_by(view, 0.7)
@@ -290,6 +282,3 @@ def _turns(start: Point, corner: Point, end: Point) -> bool:
     out = math.atan2(end[1] - corner[1], end[0] - corner[0])
     short = math.dist(corner, end) < 0.05
     return not short and abs((out - into + math.pi) % (2 * math.pi) - math.pi) > TURN_BEFORE
-
-
-__all__ = ["Drive", "Driver", "GoalFailedError"]

@@ -70,6 +70,10 @@ class Trouble(Exception):  # noqa: N818 -- an event on the way, not an error of 
     """Something that ends a manoeuvre before its goal; the driver decides what comes next."""
 
 
+class Rerouted(Exception):  # noqa: N818 -- an event on the way as well
+    """Another way has become better than the one that is driven."""
+
+
 class Bumped(Trouble):
     """The robot touched something; ``direction`` is radians to the left of ahead."""
 

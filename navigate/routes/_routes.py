@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from navigate.maps import Floor, Passage, Point, frame
@@ -131,6 +131,16 @@ class Planner:
         begins, ends = self.space_of(start), self.floor.space_nearest(*goal).name
         return begins == ends and not blocked.lie_ahead(start, goal)
 
+    def seconds_now(self, at: Point, steps: Sequence[Step], blocked: Hindrances) -> float:
+        """Seconds that a route takes from ``at``, as the hindrances are; infinite if blocked."""
+        here = at
+        for number, step in enumerate(steps):
+            door = step.door.name if step.door else None
+            if door in blocked.doors or (number and blocked.lie_between(at, step.to)):
+                return math.inf
+            at = step.to
+        return seconds_left(here, steps)
+
     def space_of(self, start: Point) -> str | None:
         """The space that a robot is in, None when it stands in the frame of a door."""
         in_frame = self.floor.doorway_at(*start) is not None
@@ -214,7 +224,7 @@ def remaining(at: Point, steps: list[Step]) -> float:
     return math.dist(at, steps[0].to) + sum(step.metres for step in steps[1:])
 
 
-def seconds_left(at: Point, steps: list[Step]) -> float:
+def seconds_left(at: Point, steps: Sequence[Step]) -> float:
     """Seconds left to go from ``at`` over ``steps``, as the planner reckons them."""
     if not steps:
         return 0.0

@@ -95,10 +95,9 @@ class GoalDesk:
     def _ending(self, errand: Drive, point: Point) -> NavigationReport:
         report = self._navigator.report(errand)
         name = self._name(point)
-        if self._stopped_by and not errand.done:
+        if self._stopped_by and report.outcome is NavigationFailure.CANCELLED:
             text = f"did not get to {name}: stopped by {self._stopped_by}"
-            stopped = report.model_copy(update={"outcome": NavigationFailure.CANCELLED})
-            raise TaskError(NavigationFailure.CANCELLED, text, data=stopped)
+            raise TaskError(NavigationFailure.CANCELLED, text, data=report)
         if errand.failure is None:
             log.info("arrived at %s, %.1f m", name, report.metres)
             return report

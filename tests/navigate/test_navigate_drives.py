@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
 from navigate_loop import Loop, true_plan, with_box
 
-from navigate.driving import STOP
+from navigate.driving import STOP, DoorLog, DoorTally
+from navigate.freezing import freeze, thaw
 from navigate.maps import Floor, UnknownRoomError, load_plan
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
@@ -124,6 +126,80 @@ def test_cancelled_it_stops():
     loop.rest(10)
     assert not loop.navigator.busy
     assert loop.world.reading.speed == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_drive_that_is_cancelled_says_so():
+    loop = Loop()
+    drive = loop.start("r-5303")
+    loop.rest(20)
+    loop.navigator.cancel()
+    assert drive.done
+    report = loop.navigator.report(drive)
+    assert report.outcome == drive.failure.reason == NavigationFailure.CANCELLED
+    assert report.recoveries == 0
+    arrived = loop.drive("r-5301")
+    loop.navigator.cancel()
+    assert arrived.failure is None
+
+
+def test_news_of_a_better_way_turns_the_robot_round():
+    loop = Loop(seed=1)
+    goal = "r-5302"
+    free = loop.navigator.planner.plan(loop.navigator.pose[:2], loop.navigator.floor.place(goal))
+    spot = (free[2].to[0], free[2].to[1] + 0.5)
+    loop.navigator.memory.blocked(spot, loop.sensors.time - 30.0)
+    drive = loop.start(goal)
+    planned = sum(step.metres for step in drive.steps)
+    assert planned > 10.0 + sum(step.metres for step in free)
+    loop.rest(20)
+    loop.navigator.memory.forget_since(0.0)
+    loop.rest(60)
+    assert sum(step.metres for step in drive.steps) < planned - 10.0
+    assert drive.troubles == []
+
+
+def test_every_door_has_a_record():
+    loop = Loop(seed=4)
+    loop.drive("r-5303")
+    assert loop.navigator.doors.doors["d-5303"] == DoorTally(passed=1, tries=1)
+    loop.world.set_door("r-5303", is_open=False)
+    loop.drive("r-5305")
+    assert loop.navigator.doors.doors["d-5303"].shut == 1
+
+
+def test_a_door_in_which_the_robot_got_stuck_is_recovered_from_or_given_up():
+    log = DoorLog()
+    log.try_door("d-1")
+    log.get_stuck("d-1")
+    log.get_stuck("d-1")
+    log.try_door("d-1")
+    log.get_through("d-1")
+    assert log.doors["d-1"] == DoorTally(passed=1, tries=2, stuck=1, recovered=1)
+    log.get_stuck("d-2")
+    log.give_up()
+    log.give_up()
+    assert log.doors["d-2"] == DoorTally(stuck=1, given_up=1)
+    copy = DoorLog()
+    thaw(copy, json.loads(json.dumps(freeze(log))))
+    assert copy.doors == log.doors
+
+
+def test_bumped_in_a_door_it_backs_out_and_gets_through():
+    loop = Loop(seed=4)
+    bumped = iter([True])
+
+    def push():
+        drive = loop.navigator.driver.drive
+        if drive and drive.in_door and loop.world.reading.speed > 0.15 and next(bumped, False):
+            loop.sensors = loop.sensors.model_copy(update={"bump": 0b10})
+            loop.navigator.step(loop.sensors)
+
+    drive = loop.drive("r-5303", each=push)
+    assert drive.failure is None
+    assert loop.off("r-5303") < 0.25
+    record = loop.navigator.doors.doors
+    assert sum(one.stuck for one in record.values()) == 1
+    assert sum(one.recovered for one in record.values()) == 1
 
 
 def test_a_bump_stops_the_wheels_within_the_tick_and_backs_off():

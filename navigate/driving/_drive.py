@@ -1,0 +1,97 @@
+"""A drive: what it has come to so far, and what ends it.
+
+What the robot masters by itself is a trouble that was recovered from; only too much of it, or a
+goal that cannot be reached, makes a failure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from navigate.driving._courtesy import Courtesy
+from navigate.driving._view import (
+    Astray,
+    Bumped,
+    DoorMissed,
+    DoorShut,
+    Manoeuvre,
+    Stuck,
+    Trouble,
+    WayBlocked,
+)
+from navigate.maps import Point
+from navigate.messages import NavigationFailure
+from navigate.routes import Step
+
+LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
+    Bumped: (6, NavigationFailure.BUMP),
+    DoorShut: (4, NavigationFailure.DOOR_BLOCKED),
+    DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
+    WayBlocked: (4, NavigationFailure.CORRIDOR_BLOCKED),
+    Stuck: (2, NavigationFailure.NO_PROGRESS),
+    Astray: (3, NavigationFailure.LOST),
+}
+"""How often each trouble is recovered from in one drive, and what the next one fails with."""
+
+
+class GoalFailedError(Exception):
+    """A drive ended without arriving.
+
+    ``reason`` is its name on the bus; ``by_trouble`` says that the last trouble of the drive is
+    what ended it.
+    """
+
+    def __init__(self, reason: NavigationFailure, text: str, *, by_trouble: bool = False) -> None:
+        self.reason, self.text, self.by_trouble = reason, text, by_trouble
+        super().__init__(text)
+
+
+@dataclass
+class Drive:
+    """What a drive has come to so far.
+
+    ``goal`` and ``steps``, the route that is left, are in metres on the map; ``failure`` and
+    ``done`` tell how it ended.
+    """
+
+    goal: Point
+    began: float
+    metres: float = 0.0
+    troubles: list[Trouble] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    done: bool = False
+    failure: GoalFailedError | None = None
+    nearest: float = math.inf
+    nearest_at: float = 0.0
+    bumped_at: float = -math.inf
+    planned_at: float = -math.inf
+    in_door: bool = False
+    course: Manoeuvre[None] | None = None
+    courtesy: Courtesy = field(default_factory=Courtesy)
+
+    @property
+    def recoveries(self) -> int:
+        """Troubles that the robot met and dealt with by itself."""
+        return len(self.troubles) - (self.failure is not None and self.failure.by_trouble)
+
+    def meet(self, trouble: Trouble) -> None:
+        """Count a trouble.
+
+        Raises:
+            GoalFailedError: there were too many of its kind.
+        """
+        self.troubles.append(trouble)
+        most, reason = LIMITS[type(trouble)]
+        if sum(type(met) is type(trouble) for met in self.troubles) > most:
+            text = f"{trouble}, for the {most + 1}. time on this drive"
+            raise GoalFailedError(reason, text, by_trouble=True)
+
+    def cancel(self) -> None:
+        """End it, if it has not ended by itself."""
+        if self.done:
+            return
+        if self.course is not None:
+            self.course.close()
+        self.done = True
+        self.failure = GoalFailedError(NavigationFailure.CANCELLED, "the drive was cancelled")
