@@ -5,8 +5,8 @@ from __future__ import annotations
 import inspect
 import os
 import sys
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
 
 from cyclopts import App
 from cyclopts.config import Dict
@@ -48,6 +48,23 @@ def _guarded(app: App, tokens: list[str]) -> int:
 
 
 def _run(app: App, tokens: list[str]) -> int:
+    command, bound = parsed(app, tokens)
+    if inspect.iscoroutinefunction(command):
+        from tca_bus.cli._supervised import run_async  # noqa: PLC0415 - help needs no loop
+
+        result = run_async(lambda: command(*bound.args, **bound.kwargs))
+    else:
+        result = command(*bound.args, **bound.kwargs)
+    return result if isinstance(result, int) else 0
+
+
+def parsed(app: App, tokens: list[str]) -> tuple[Callable[..., Any], inspect.BoundArguments]:
+    """The command that the tokens call, and its arguments, those of ``--config`` too.
+
+    Raises:
+        SystemExit: They are no good use of it, which standard error says.
+        ConfigError: The file of ``--config`` is no good.
+    """
     commands, apps, _ = app.parse_commands(tokens)
     for name, called in zip(commands, apps[1:], strict=False):
         if called.default_command is not None and not name.startswith("-"):
@@ -60,10 +77,4 @@ def _run(app: App, tokens: list[str]) -> int:
         values = file_values(path, app.name[0], commands)
         app.config = (Dict(values, use_commands_as_keys=False, source=str(path)),)
     command, bound, _ = app.parse_args(tokens)
-    if inspect.iscoroutinefunction(command):
-        from tca_bus.cli._supervised import run_async  # noqa: PLC0415 - help needs no loop
-
-        result = run_async(lambda: command(*bound.args, **bound.kwargs))
-    else:
-        result = command(*bound.args, **bound.kwargs)
-    return result if isinstance(result, int) else 0
+    return command, bound

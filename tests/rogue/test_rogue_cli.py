@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from command_line import run_command
 from rogue_fakes import prospects, reception
 
+from rogue.cli import app
 from rogue.conversation import Conversation
 from rogue.memory import Facts, Store
 from rogue.messages import RequestState
@@ -38,7 +40,8 @@ class Agent:
         return await start(self.options, *words)
 
     async def run(self, *words: str) -> tuple[int, str, str]:
-        return await ended(await self.start(*words))
+        """Run a command to its end, here; one that is `start`ed is a process of its own."""
+        return await here(self.options, *words)
 
     async def end(self, name: str, state: RequestState, reason: str | None) -> None:
         request = self.book.find(name)
@@ -65,6 +68,12 @@ async def start(
         stderr=stderr,
         env=environment,
     )
+
+
+async def here(options: BusOptions, *words: str) -> tuple[int, str, str]:
+    where = {"TCA_CONNECT": options.connect, "TCA_REALM": options.realm}
+    ran = await run_command(app, *words, **where)
+    return ran.code, ran.out, ran.err
 
 
 async def ended(process: asyncio.subprocess.Process) -> tuple[int, str, str]:
@@ -100,9 +109,7 @@ async def test_a_request_is_posted_listed_and_shown(agent: Agent):
     assert code == 0, err
     posted = json.loads(out)
     assert (posted["pickup"], posted["deliver"], posted["state"]) == ("r-5303", "r-5313", "queued")
-    listed, shown = await asyncio.gather(
-        agent.run("requests", "--json"), agent.run("show", "mail", "--json")
-    )
+    listed, shown = await agent.run("requests", "--json"), await agent.run("show", "mail", "--json")
     assert json.loads(listed[1]) == [posted]
     assert json.loads(shown[1])["request"] == posted
     code, out, err = await agent.run("cancel", "mail", "--json")
@@ -137,12 +144,11 @@ async def test_what_is_wrong_is_said_in_one_line(agent: Agent, words, said):
     ],
 )
 async def test_wait_ends_with_the_request(agent: Agent, state, reason, code):
-    process = await agent.start(
-        "request", "delivermail", "--user", "mitchell", "--id", "mail", "--wait"
-    )
+    words = ("request", "delivermail", "--user", "mitchell", "--id", "mail", "--wait")
+    asking = asyncio.create_task(agent.run(*words), name="asking")
     await eventually(lambda: agent.book.find("mail"), what="the request")
     await agent.end("mail", state, reason)
-    found, out, err = await ended(process)
+    found, out, err = await asking
     assert found == code, err
     assert out.splitlines()[-1].startswith("mail: delivermail for mitchell, r-5303 to r-5313: ")
     assert state.value in out
@@ -202,7 +208,7 @@ async def test_the_trace_is_printed_from_its_beginning(agent: Agent):
 
 async def test_without_an_agent_nobody_handles_it():
     async with bus() as options:
-        code, _, err = await ended(await start(options, "requests"))
+        code, _, err = await here(options, "requests")
     assert code == 3
     assert "rogueRequests" in err
 

@@ -90,23 +90,3 @@ async def test_a_map_that_is_not_there_is_named(tmp_path: Path):
     _, said = await up.communicate()
     assert up.returncode == 2
     assert b"nowhere.yaml" in said
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("up", "--seed", "-1"),
-        ("up", "--silence", "2"),
-        ("up", "--speed", "0"),
-        ("up", "--data", "/dev/null/x"),
-        ("demo", "--seed", "-1"),
-        ("demo", "--data", "/dev/null/x"),
-    ],
-)
-async def test_what_cannot_be_is_told_before_anything_starts(words: tuple[str, ...]):
-    ran = await spawn(free_port(), "rogue", *words)
-    out, said = await ran.communicate()
-    assert (ran.returncode, out) == (2, b"")
-    assert said.startswith(b"error: ")
-    assert words[1].encode() in said
-    assert b"ready after" not in said

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 from central_robot import Quick
-from test_tca_cli import finish, office
+from test_tca_cli import office
 
 from tca_bus import LeaseLostError
 from tca_bus._resource_messages import ListResources
 from tca_bus.testing import eventually
 
-pytestmark = [pytest.mark.bus, pytest.mark.process]
+pytestmark = pytest.mark.bus
 
 
 async def known(here, name):
@@ -82,14 +84,14 @@ async def test_a_lock_that_does_not_begin_in_time_is_withdrawn():
 async def test_a_waiting_lock_begins_when_the_lease_ends():
     async with office() as here:
         lease = await here.me.acquire("lift")
-        process = await here.start("lock", "lift")
+        locking = asyncio.create_task(here.tca("lock", "lift"), name="locking")
 
         async def waits():
             return (await here.me.query(ListResources()))[0].waiters
 
         await eventually(waits, timeout=20.0)
         await lease.release()
-        assert (await finish(process)).code == 0
+        assert (await locking).code == 0
 
 
 async def test_an_unknown_handlers_resource_is_refused_with_what_looks_like_it():
