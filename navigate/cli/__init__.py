@@ -10,6 +10,7 @@ COMMANDS = {
         "_plan:plan",
         "Show the best route between two rooms, as the navigator knows the floor now.",
     ),
+    "stop": ("_stop:stop", 'Stop the robot now. The drive under way fails with "cancelled".'),
     "where": ("_where:where", "Show where the robot believes to be."),
 }
 """Where each command is and what it does; only the one that is called is imported."""

@@ -54,6 +54,8 @@ text { fill: #e6edf3; }
 .way, .goal { stroke: #3fb950; }
 .goal, .goal-dot { fill: #3fb950; }
 .body { fill: #e6edf3; stroke: #0d1117; }
+.person { fill: #a371f7; }
+.thing { fill: #8b949e; }
 .nose { stroke: #0d1117; }
 .lens { stroke: #8b949e; }
 }

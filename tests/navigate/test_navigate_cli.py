@@ -16,10 +16,10 @@ from xavier_sim.messages import MoveDoor, ShowWorld, WhereReally
 pytestmark = [pytest.mark.bus, pytest.mark.process]
 
 
-def started(*arguments):
+def started(*arguments, command="where"):
     return asyncio.create_subprocess_exec(
         sys.executable,
-        *("-m", "navigate", "where", *arguments),
+        *("-m", "navigate", command, *arguments),
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )
@@ -55,6 +55,9 @@ async def test_where_draws_and_watches(tmp_path):
             first_lines(40, "--watch", *flags),
             first_lines(1, "--watch", "--json", "--svg", str(live), *flags),
         )
+        stopped = await started("--json", *flags, command="stop")
+        position = json.loads((await stopped.communicate())[0])
+    assert position["x"] == outlook.belief.position.x
     assert once[0] == 0, once[2]
     assert f"drawn in {drawing}" in once[2]
     titles = [one.text for one in ET.parse(drawing).iter() if one.get("class") == "title"]
