@@ -1,9 +1,9 @@
-"""Expected sonar readings anywhere on a floor, from tiles of a table that fill as they are needed.
+"""Expected sonar readings anywhere on a floor, from a table that fills as it is needed.
 
-A tile holds, for each cell of 10 cm and each direction of 5 degrees, the range of a sonar cone
-with the doors as open holes and with the doors shut. Filling one is a few array operations over
-the walls around; looking up costs a few nanoseconds a beam, so that hundreds of particles fit
-into a control tick. Source of the cost figures: measured, 2 ms a tile, 0.1 ms for 1,500 beams.
+It holds, for each cell of 10 cm and each direction of 5 degrees, the range of a sonar cone with
+the doors as open holes and with the doors shut. Filling a tile of cells is a few array operations
+over the walls around; looking up costs a few nanoseconds a beam, so that hundreds of particles
+fit into a control tick. Memory is used for what was filled.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from navigate.maps import Floats, Floor
 
 CELL = 0.1
-"""Metres."""
+"""Metres along a side of a cell."""
 
-TILE_BITS = 3
-TILE = 1 << TILE_BITS
-"""Cells along a side of a tile."""
+TILE = 8
+"""Cells along a side of a tile, which is filled at once."""
 
 DIRECTIONS = 72
 """Directions in a full circle."""
@@ -28,41 +27,36 @@ DIRECTIONS = 72
 REACH = 4.0
 """Metres beyond which a reading says only that there is nothing nearer."""
 
+CODE = 0.016
+"""Metres that a code of a byte stands for; none is 0, so that such a cell is not filled yet."""
+
 GRAZING = 0.42
 """Cosine of the incidence from which an echo is not counted on any more (65 degrees)."""
 
 FAR = 1e6
 """Stands for no hit: finite, so that it may be multiplied by a zero."""
 
-CAPACITY = 3072
-"""Tiles kept, 18 kilobytes each; the oldest is dropped for a new one. A whole floor fits."""
+Codes = NDArray[np.uint16]
+"""Two ranges as codes: with open doors in the lower byte, with shut ones in the upper."""
 
-MILLIMETRE = 0.001
-HALF, LOWER = 16, 0xFFFF
-
-Pairs = NDArray[np.uint32]
-"""Two ranges in millimetres: with open doors in the lower half, with shut ones in the upper."""
-Singles = NDArray[np.float32]
 Indices = NDArray[np.intp]
+Singles = NDArray[np.float32]
+
+SHUT_BITS, OPEN_MASK = 8, 0xFF
 
 
 class ExpectedRanges:
-    """The table for one floor."""
+    """The table for one floor; ``filled`` counts its tiles."""
 
-    def __init__(self, floor: Floor, *, capacity: int = CAPACITY) -> None:
+    def __init__(self, floor: Floor) -> None:
         doors = np.array([door.segment() for door in floor.doors.values()]).reshape(-1, 4)
         self._walls, self._doors = _Lines(floor.walls), _Lines(doors)
         lows = np.array([(space.low.x, space.low.y) for space in floor.plan.spaces])
         highs = np.array([(space.high.x, space.high.y) for space in floor.plan.spaces])
         self._origin = lows.min(axis=0) - 1.0
-        size = np.ceil((highs.max(axis=0) + 1.0 - self._origin) / (CELL * TILE)).astype(int)
-        self._slots = np.full(tuple(size), -1, dtype=np.intp)
-        cells = TILE * TILE
-        self._table: Pairs = np.zeros((capacity, cells * DIRECTIONS), dtype=np.uint32)
-        self._pairs = self._table.reshape(-1)
-        self._most = (size * TILE - 1).astype(np.float64)
-        self._owners: list[tuple[int, int] | None] = [None] * capacity
-        self._next = 0
+        tiles = np.ceil((highs.max(axis=0) + 1.0 - self._origin) / (CELL * TILE)).astype(int)
+        self._columns, self._rows = (tiles * TILE).tolist()
+        self._table: Codes = np.zeros((self._columns, self._rows, DIRECTIONS), dtype=np.uint16)
         self.filled = 0
 
     def at(self, x: Floats, y: Floats, direction: Floats) -> tuple[Floats, Floats]:
@@ -76,43 +70,63 @@ class ExpectedRanges:
         Returns:
             Ranges with open doors and with shut doors, metres up to `REACH`, of that shape.
         """
-        column = ((x - self._origin[0]) * (1.0 / CELL)).clip(0.0, self._most[0]).astype(np.intp)
-        row = ((y - self._origin[1]) * (1.0 / CELL)).clip(0.0, self._most[1]).astype(np.intp)
-        look = np.rint(direction * (DIRECTIONS / (2.0 * math.pi))).astype(np.intp)
-        look %= DIRECTIONS
-        tiles = (column >> TILE_BITS) * self._slots.shape[1] + (row >> TILE_BITS)
-        slots = self._slots.ravel().take(tiles)
-        if slots.min(initial=0) < 0:
-            self._fill_missing(tiles)
-            slots = self._slots.ravel().take(tiles)
-        slots <<= TILE_BITS
-        slots += column & (TILE - 1)
-        slots <<= TILE_BITS
-        slots += row & (TILE - 1)
-        slots *= DIRECTIONS
-        slots += look
-        found = self._pairs.take(slots)
-        return (found & LOWER) * MILLIMETRE, (found >> HALF) * MILLIMETRE
+        return ranges_of(self.codes(x, y, direction_of(direction)))
 
-    def _fill_missing(self, tiles: Indices) -> None:
-        for number in np.unique(tiles).tolist():
-            tile = divmod(number, self._slots.shape[1])
-            if self._slots[tile] < 0:
-                self._fill(tile)
+    def codes(self, x: Floats, y: Floats, look: Indices) -> Codes:
+        """The same as codes, with directions as `direction_of` numbers them."""
+        column = _cells(x, self._origin[0], self._columns)
+        row = _cells(y, self._origin[1], self._rows)
+        spots = column * self._rows
+        spots += row
+        places = spots * DIRECTIONS
+        places += look
+        found = self._table.ravel().take(places)
+        if found.min(initial=1) == 0:
+            self._fill_missing(spots)
+            found = self._table.ravel().take(places)
+        return np.asarray(found)
 
-    def _fill(self, tile: tuple[int, int]) -> None:
-        slot, self._next = self._next, (self._next + 1) % len(self._owners)
-        if (owner := self._owners[slot]) is not None:
-            self._slots[owner] = -1
-        corner = self._origin + np.array(tile) * (CELL * TILE)
+    def _fill_missing(self, spots: Indices) -> None:
+        columns, rows = np.divmod(np.unique(spots), self._rows)
+        tiles = np.unique(np.column_stack([columns, rows]) // TILE, axis=0)
+        for column, row in (tiles * TILE).tolist():
+            if self._table[column, row, 0] == 0:
+                self._fill(column, row)
+
+    def _fill(self, column: int, row: int) -> None:
         middles = (np.arange(TILE) + 0.5) * CELL
-        xs, ys = corner[0] + middles, corner[1] + middles
+        xs = self._origin[0] + column * CELL + middles
+        ys = self._origin[1] + row * CELL + middles
         open_doors = self._walls.ranges(xs, ys)
         shut_doors = np.minimum(open_doors, self._doors.ranges(xs, ys))
-        lower, upper = _millimetres(_cones(open_doors)), _millimetres(_cones(shut_doors))
-        self._table[slot] = (lower | upper << HALF).ravel()
-        self._slots[tile], self._owners[slot] = slot, tile
+        codes = _codes(_cones(open_doors)) | _codes(_cones(shut_doors)) << SHUT_BITS
+        shape = (TILE, TILE, DIRECTIONS)
+        self._table[column : column + TILE, row : row + TILE] = codes.reshape(shape)
         self.filled += 1
+
+
+def direction_of(angle: Floats) -> Indices:
+    """The number of the direction nearest to an angle in radians, any shape."""
+    turns = np.rint(angle * (DIRECTIONS / (2.0 * math.pi))).astype(np.intp)
+    turns %= DIRECTIONS
+    return turns
+
+
+def ranges_of(codes: Codes) -> tuple[Floats, Floats]:
+    """Ranges with open doors and with shut doors, metres."""
+    opened, shut = codes & OPEN_MASK, codes >> SHUT_BITS
+    return np.asarray(opened * CODE, np.float64), np.asarray(shut * CODE, np.float64)
+
+
+def _cells(metres: Floats, origin: float, count: int) -> Indices:
+    """The cells of coordinates; what is off the floor counts to its border."""
+    cells = ((metres - origin) * (1.0 / CELL)).astype(np.intp)
+    np.maximum(cells, 0, out=cells)
+    return np.minimum(cells, count - 1, out=cells)
+
+
+def _codes(ranges: Singles) -> Codes:
+    return np.asarray(np.maximum(np.rint(ranges * (1.0 / CODE)), 1.0), dtype=np.uint16)
 
 
 class _Lines:
@@ -169,10 +183,6 @@ def _around(lines: Floats, across: Floats, along: Floats) -> Floats:
     keep = (lines[:, 0] > across[0] - REACH) & (lines[:, 0] < across[-1] + REACH)
     keep &= (lines[:, 1] < along[-1] + REACH) & (lines[:, 2] > along[0] - REACH)
     return np.asarray(lines[keep])
-
-
-def _millimetres(ranges: Singles) -> Pairs:
-    return np.asarray(np.rint(ranges / MILLIMETRE), dtype=np.uint32)
 
 
 def _cones(rays: Singles) -> Singles:

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from navigate.body import BEARINGS, Motion, Pose, fresh_sonars, wrap
+from navigate.body import Motion, Pose, fresh_sonars, moved, wrap
 from navigate.maps import Floats, Floor, Point, inset
 from navigate.position._localizer import Belief, Estimate, in_cells
-from navigate.position._sonar_model import SonarModel
+from navigate.position._sonar_model import SonarModel, agreeing, log_likelihood
 from xavier_sim.messages import Space
 
 PARTICLES = 250
@@ -62,8 +63,6 @@ class ParticleFilter:
         self._random = np.random.default_rng(seed)
         self._count = particles
         start = floor.plan.start
-        self.agreement = 1.0
-        self._set_all(start.x, start.y, floor.plan.start_heading)
         self.place((start.x, start.y, floor.plan.start_heading))
 
     def place(self, pose: Pose, *, spread: float = 0.05, turn_spread: float = 0.03) -> None:
@@ -99,17 +98,23 @@ class ParticleFilter:
         self._x += ahead * cos - motion.aside * sin
         self._y += ahead * sin + motion.aside * cos
         self._theta += turn
-        self._estimate = self._average()
+        x, y, theta = moved(self._estimate.pose, motion)
+        self._estimate = replace(self._estimate, x=x, y=y, theta=theta)
 
     def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
         """Weigh the particles by the fresh ones of 24 ``ranges`` (metres from the ring)."""
-        heard = [number for number in fresh_sonars(fresh) if math.isfinite(ranges[number])]
-        if not heard:
+        heard = np.array([i for i in fresh_sonars(fresh) if math.isfinite(ranges[i])], np.intp)
+        if len(heard) == 0:
+            self._estimate = self._average()
             return
-        weights = self._log_likelihood(ranges[heard], BEARINGS[heard])
-        self._weights += weights * (STILL_TEMPER if still else TEMPER)
+        here, readings = self._estimate, ranges[heard]
+        x, y = np.append(self._x, here.x), np.append(self._y, here.y)
+        expected = self._sonar.expect(x, y, np.append(self._theta, here.theta), heard)
+        self._judge(agreeing(readings, expected[:, -1]), still=still)
+        weights = log_likelihood(readings, expected[:, :-1])
+        weights *= STILL_TEMPER if still else TEMPER
+        self._weights += weights
         self._weights -= self._weights.max()
-        self._judge(ranges[heard], BEARINGS[heard], still=still)
         shares = np.exp(self._weights)
         if shares.sum() ** 2 < 0.5 * self._count * (shares @ shares):
             self._resample(shares)
@@ -158,7 +163,7 @@ class ParticleFilter:
         if len(heard) == 0:
             return False
         self._scatter(radius, count=8 * self._count)
-        weights = self._log_likelihood(ranges[heard], BEARINGS[heard])
+        weights = self._sonar.log_likelihood(self._x, self._y, self._theta, ranges[heard], heard)
         self._weights = weights - weights.max()
         self._resample(np.exp(0.7 * self._weights))
         self._estimate = self._average()
@@ -168,9 +173,11 @@ class ParticleFilter:
         return found
 
     def _set_all(self, x: float, y: float, theta: float) -> None:
-        self._x, self._y = np.full(self._count, x), np.full(self._count, y)
-        self._theta = np.full(self._count, theta)
-        self._drift, self._weights = np.zeros(self._count), np.zeros(self._count)
+        self._x: Floats = np.full(self._count, x)
+        self._y: Floats = np.full(self._count, y)
+        self._theta: Floats = np.full(self._count, theta)
+        self._drift: Floats = np.zeros(self._count)
+        self._weights = np.zeros(self._count)
 
     def _scatter(self, radius: float, *, count: int) -> None:
         here = self._estimate
@@ -179,14 +186,10 @@ class ParticleFilter:
         self._theta = here.theta + 0.25 * self._random.standard_normal(len(spots))
         self._drift = DRIFT * self._random.standard_normal(len(spots))
 
-    def _log_likelihood(self, ranges: Floats, bearings: Floats) -> Floats:
-        """Log likelihoods of readings, summed per particle: shape (particles,)."""
-        return self._sonar.log_likelihood(self._x, self._y, self._theta, ranges, bearings)
-
-    def _judge(self, ranges: Floats, bearings: Floats, *, still: bool) -> None:
+    def _judge(self, agrees: Floats, *, still: bool) -> None:
         memory = MEMORY * (0.3 if still else 1.0)
-        for agrees in self._sonar.agreeing(self._estimate.pose, ranges, bearings).tolist():
-            self.agreement += memory * (agrees - self.agreement)
+        for one in agrees.tolist():
+            self.agreement += memory * (one - self.agreement)
 
     def _resample(self, shares: Floats) -> None:
         """Draw particles anew in proportion to their weights, and roughen the copies."""

@@ -11,8 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from navigate.body import BEARINGS, Pose
+from navigate.body import Pose
 from navigate.maps import Floats
 from navigate.position._sonar_model import SonarModel
 
@@ -58,11 +59,11 @@ def search(sonar: SonarModel, middles: Floats, mass: Floats, ranges: Floats) -> 
     heard = np.flatnonzero(np.isfinite(ranges))
     if len(heard) == 0 or len(middles) == 0:
         return None
-    readings, bearings = ranges[heard], BEARINGS[heard]
-    poses, fits = _best(sonar, middles, _COARSE, readings, bearings)
+    readings = ranges[heard]
+    poses, fits = _best(sonar, middles, _COARSE, readings, heard)
     weights = TEMPER * fits + np.log(mass)
     best = np.argsort(-weights, kind="stable")[:FINALISTS]
-    poses, fits = _best(sonar, poses[best], _FINE, readings, bearings)
+    poses, fits = _best(sonar, poses[best], _FINE, readings, heard)
     weights = TEMPER * fits + np.log(mass[best])
     shares = np.exp(weights - weights.max())
     winner = poses[int(shares.argmax())]
@@ -74,12 +75,12 @@ def search(sonar: SonarModel, middles: Floats, mass: Floats, ranges: Floats) -> 
 
 
 def _best(
-    sonar: SonarModel, middles: Floats, offsets: Floats, readings: Floats, bearings: Floats
+    sonar: SonarModel, middles: Floats, offsets: Floats, readings: Floats, sonars: NDArray[np.intp]
 ) -> tuple[Floats, Floats]:
     """The best pose around each of n middles, shape (n, 3), and its log likelihood, shape (n,)."""
     poses = middles[:, None] + offsets
     x, y, theta = poses.reshape(-1, 3).T
-    fits = sonar.log_likelihood(x, y, theta, readings, bearings).reshape(len(middles), -1)
+    fits = sonar.log_likelihood(x, y, theta, readings, sonars).reshape(len(middles), -1)
     best = fits.argmax(axis=1)
     rows = np.arange(len(middles))
     return poses[rows, best], fits[rows, best]

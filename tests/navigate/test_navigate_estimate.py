@@ -14,7 +14,7 @@ from navigate.maps import Floor, load_plan
 from navigate.position import ExpectedRanges, ParticleFilter
 from navigate.position._expected import REACH
 
-EXPECTED = ExpectedRanges(TRUE, capacity=256)
+EXPECTED = ExpectedRanges(TRUE)
 poses = st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3.1, 3.1))
 
 
@@ -47,15 +47,14 @@ def test_expected_ranges_are_near_what_sonars_read():
     assert np.mean(np.array(off) < 0.2) > 0.8
 
 
-def test_the_table_keeps_no_more_than_its_capacity():
-    small = ExpectedRanges(TRUE, capacity=4)
-    ys = np.linspace(20, 60, 60)
-    first, _ = small.at(np.full(1, 7.5), ys[:1], np.zeros(1))
-    for y in ys:
-        small.at(np.full(1, 7.5), np.full(1, y), np.zeros(1))
-    again, _ = small.at(np.full(1, 7.5), ys[:1], np.zeros(1))
-    assert again == first
-    assert small.filled > 4
+def test_the_table_fills_only_where_it_is_asked():
+    table = ExpectedRanges(TRUE)
+    assert table.filled == 0
+    first = table.at(np.full(1, 7.5), np.full(1, 20.0), np.zeros(1))
+    assert table.filled == 1
+    assert table.at(np.full(1, 7.5), np.full(1, 20.0), np.zeros(1)) == first
+    assert table.filled == 1
+    assert table.at(np.full(1, -99.0), np.full(1, 999.0), np.zeros(1))[0] <= REACH
 
 
 def test_the_start_is_known():
