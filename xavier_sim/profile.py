@@ -197,7 +197,7 @@ class RobotProfile(BaseModel):
         return self
 
 
-XAVIER = RobotProfile()
+XAVIER = RobotProfile(striper=LaserProfile())
 """Xavier as the papers describe it, on a good day."""
 
 LIDAR = LaserProfile(

@@ -207,7 +207,7 @@ def faults_of(world):
 
 def test_a_sensor_that_is_not_there_cannot_fail():
     with pytest.raises(NoSensorError):
-        soak_of(fault="laser")
+        soak_of(profile="modern", fault="sonar-dead")
 
 
 def job_of(**facts):

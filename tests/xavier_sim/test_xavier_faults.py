@@ -26,7 +26,7 @@ from xavier_sim.messages import (
     SonarFault,
     WhereReally,
 )
-from xavier_sim.profile import XAVIER, BatteryProfile
+from xavier_sim.profile import MODERN, XAVIER, BatteryProfile
 from xavier_sim.world import NotFreeError, World
 
 PLAN = load_floor()
@@ -147,11 +147,12 @@ async def test_faults_doors_and_plates_on_the_bus():
         assert state.sonars == (dead, stuck)
         sound = SonarFault(number=5, state="sound")
         assert (await asker.query(Fault(fault=sound))).sonars == (stuck,)
+        knocked = LaserOffset(metres=0.1)
+        assert (await asker.query(Fault(fault=knocked))).laser == knocked
         for message, name in (
             (ReadPlate(), "camera_gone"),
             (Fault(fault=Kidnap(room="r-5304x")), "unknown_room"),
             (Fault(fault=Kidnap(x=0.0, y=0.0)), "not_free"),
-            (Fault(fault=LaserOffset(metres=0.1)), "no_sensor"),
         ):
             with pytest.raises(HandlerFailedError) as caught:
                 await asker.query(message)
@@ -160,6 +161,20 @@ async def test_faults_doors_and_plates_on_the_bus():
         for is_open in (True, False, False, True):
             await asker.query(MoveDoor(room="r-5307", open=is_open))
         assert [(await moved.get()).open for _ in range(2)] == [False, True]
+
+
+@pytest.mark.bus
+async def test_a_fault_of_a_sensor_that_is_not_there_is_refused():
+    world = World(PLAN, 1, MODERN)
+    async with (
+        bus() as options,
+        robot(options, world=world),
+        Module("asker", options=options) as asker,
+    ):
+        await asker.wait_for(Fault, timeout=10)
+        with pytest.raises(HandlerFailedError) as caught:
+            await asker.query(Fault(fault=SonarFault(number=0, state="dead")))
+        assert caught.value.failure.name == "no_sensor"
 
 
 @pytest.mark.bus

@@ -109,6 +109,7 @@ def test_every_channel_has_a_schema_that_its_messages_fit(recording):
         "/position": "foxglove.PoseInFrame",
         "/robot": "foxglove.SceneUpdate",
         "/sonar": "foxglove.SceneUpdate",
+        "/striper": "foxglove.LaserScan",
         "/tasks": "TaskStatus",
         "/tf": "foxglove.FrameTransforms",
         "/truth": "foxglove.PoseInFrame",

@@ -24,7 +24,8 @@ SPEEDS = st.floats(-0.7, 0.7)
 
 def reading(*, sonar=math.inf, fresh=ALL, speed=0.0, bump=0):
     ranges = np.broadcast_to(np.asarray(sonar, dtype=np.float32), SONAR_COUNT)
-    return Reading(0, ranges, fresh, np.zeros(3, dtype=np.float32), speed, 0.0, bump)
+    odom, none = np.zeros(3, dtype=np.float32), np.empty(0, dtype=np.float32)
+    return Reading(0, ranges, fresh, odom, speed, 0.0, bump, striper=none, lidar=none)
 
 
 @given(

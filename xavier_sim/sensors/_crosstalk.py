@@ -35,6 +35,9 @@ class Crosstalk:
             echo: how far that is, metres, shape (k,).
         """
         draw = self._random.random(len(echo))
+        hears = draw < self._share
+        if not hears.any():
+            return echo
         met = np.isfinite(echo)
         away = np.where(met, echo, 0.0)
         spots = mounts + away[:, None] * np.column_stack([np.cos(bearing), np.sin(bearing)])
@@ -42,7 +45,7 @@ class Crosstalk:
         sender %= len(echo)
         back = np.hypot(*(spots[sender] - mounts).T)
         foreign = np.where(met[sender], (echo[sender] + back) / 2, np.inf)
-        return np.where(draw < self._share, np.minimum(echo, foreign), echo)
+        return np.where(hears, np.minimum(echo, foreign), echo)
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs."""
