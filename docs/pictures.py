@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from recording_picture import draw_recording
+
 from navigate.messages import Outlook
 from navigate.view import draw_svg as draw_robot
 from rogue.errands import Errand, figure9, load_office_problem
@@ -40,7 +42,7 @@ def navigator() -> str:
     return draw_robot(told, FloorPlan.model_validate(kept["map"]), world)
 
 
-PICTURES = {"figure9.svg": figure_9, "navigate.svg": navigator}
+PICTURES = {"figure9.svg": figure_9, "navigate.svg": navigator, "recording.svg": draw_recording}
 
 if __name__ == "__main__":
     for name, draw in PICTURES.items():

@@ -1,6 +1,7 @@
 """Recordings of what the robot senses and does: written, shown, and played again."""
 
 from xavier_sim.recording._format import Beginning, Entry, RecordingFileError
+from xavier_sim.recording._heard import Belief
 from xavier_sim.recording._listening import listening
 from xavier_sim.recording._reader import RecordingReader
 from xavier_sim.recording._recorded_robot import RecordedRobot
@@ -12,6 +13,7 @@ from xavier_sim.recording._wire_names import decode
 
 __all__ = [
     "Beginning",
+    "Belief",
     "Entry",
     "RecordedRobot",
     "Recorder",
