@@ -14,6 +14,9 @@ from tca_bus import BusOptions, Module, TaskFailedError
 from tca_bus.launcher import Launcher
 from xavier_sim.messages import WhereReally
 
+LONGEST = 1200.0
+"""Simulated seconds that a drive may take."""
+
 
 async def measure_stack(drives: int, folder: Path, *, seed: int = 1) -> str:
     """Drive to so many rooms at random, and say how fast simulated time went meanwhile."""
@@ -32,7 +35,8 @@ async def measure_stack(drives: int, folder: Path, *, seed: int = 1) -> str:
         for _ in range(drives):
             room = chance.choice(rooms)
             try:
-                await module.goal(NavigateToGoal(x=room.x, y=room.y))
+                goal = await module.expand(NavigateToGoal(x=room.x, y=room.y))
+                await goal.result(timeout=LONGEST)
                 arrived += 1
             except TaskFailedError as error:
                 print(f"{room.room}: {error}")
