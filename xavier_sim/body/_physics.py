@@ -73,14 +73,17 @@ class RobotBody:
         space.add(self._body, self.shape)
         self.touches: list[Touch] = []
         self.contacts: list[Contact] = []
+        self._state: BodyState | None = None
         self.state = start
 
     @property
     def state(self) -> BodyState:
-        """Pose and velocities now."""
-        body = self._body
-        (x, y), (vx, vy) = body.position, body.velocity
-        return BodyState(x, y, body.angle, vx, vy, body.angular_velocity)
+        """Pose and velocities now; read once between two steps, as reading is slow."""
+        if self._state is None:
+            body = self._body
+            (x, y), (vx, vy) = body.position, body.velocity
+            self._state = BodyState(x, y, body.angle, vx, vy, body.angular_velocity)
+        return self._state
 
     @state.setter
     def state(self, state: BodyState) -> None:
@@ -88,13 +91,18 @@ class RobotBody:
         body.position, body.velocity = (state.x, state.y), (state.vx, state.vy)
         body.angle, body.angular_velocity = state.theta, state.turn_rate
         self._space.reindex_shapes_for_body(body)
+        self._state = None
+
+    def moved(self) -> None:
+        """Forget the state that was read: a step has passed."""
+        self._state = None
 
     def push(self, speed: float, turn_rate: float) -> None:
         """Set the velocities for the next step, in which they last: m/s ahead, rad/s."""
-        body = self._body
-        heading = body.angle
+        body, heading = self._body, self.state.theta
         body.velocity = (speed * math.cos(heading), speed * math.sin(heading))
         body.angular_velocity = turn_rate
+        self._state = None
 
     def undo_overlap(self) -> None:
         """Move out of whatever was touched."""
@@ -102,6 +110,7 @@ class RobotBody:
         for nx, ny, depth, _ in self.touches:
             x, y = x - nx * depth, y - ny * depth
         self._body.position = (x, y)
+        self._state = None
 
 
 class Physics:
@@ -162,6 +171,8 @@ class Physics:
             robot.touches, robot.contacts = [], []
         self._touched.clear()
         self._space.step(PHYSICS_STEP)
+        for robot in self._robots.values():
+            robot.moved()
         if self._touched:
             self._part()
 

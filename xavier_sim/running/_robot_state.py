@@ -115,7 +115,7 @@ class RobotState:
     def sensors(self) -> Sensors:
         """The reading of the current tick as a message."""
         reading = self.robot.reading
-        return Sensors(
+        return Sensors.model_construct(
             tick=reading.tick,
             time=self.now,
             period=TICK,
