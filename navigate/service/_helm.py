@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Awaitable, Callable
 
@@ -19,6 +20,9 @@ SENSOR_SECONDS = 30.0
 
 CLOCK_SECONDS = 2.0
 """Wall seconds that the end of a drive waits for the time of its last tick to be told."""
+
+WORD_SECONDS = 60.0
+"""Wall seconds between two words on readings that are late or missing."""
 
 log = logging.getLogger(__name__)
 
@@ -38,7 +42,7 @@ class Helm:
         self._navigator, self._module, self._stepped = navigator, module, stepped
         self.sensors: Sensors | None = None
         self._heard = asyncio.Event()
-        self._heard_at = 0.0
+        self._heard_at, self._said_at = 0.0, -math.inf
         self._unheard = 0
         self._intake = Intake()
         self._amiss: str | None = None
@@ -111,6 +115,8 @@ class Helm:
     async def _on_sensors(self, sensors: Sensors, _context: Context) -> None:
         judged = self._intake.judge(sensors)
         self._say(sensors, judged)
+        if judged.kind is not Kind.USELESS:
+            self._heard_at = time.monotonic()
         match judged.kind:
             case Kind.LATE:
                 return
@@ -121,7 +127,7 @@ class Helm:
         await self.answer(sensors)
 
     async def _take_in(self, sensors: Sensors, *, leapt: bool) -> None:
-        self.sensors, self._heard_at = sensors, time.monotonic()
+        self.sensors = sensors
         await self._stop_first(sensors)
         if leapt:
             self._navigator.forget_after(sensors.time)
@@ -130,12 +136,19 @@ class Helm:
         await self._stepped(leapt)
 
     def _say(self, sensors: Sensors, judged: Judgement) -> None:
-        """Say once what is amiss, until readings are sound again."""
-        if judged.word is None:
-            self._amiss = None
-        elif judged.word != self._amiss:
-            log.warning("sensors of tick %d: %s", sensors.tick, judged.word)
-            self._amiss = judged.word
+        """Say once what is amiss, until readings are sound again.
+
+        That some are late or missing may come and go all the time, where a machine has too much
+        to do: of that there is one word in `WORD_SECONDS`.
+        """
+        said, self._amiss = self._amiss, judged.word
+        if judged.word is None or judged.word == said:
+            return
+        if judged.kind in {Kind.NEW, Kind.LATE}:
+            if time.monotonic() - self._said_at < WORD_SECONDS:
+                return
+            self._said_at = time.monotonic()
+        log.warning("sensors of tick %d: %s", sensors.tick, judged.word)
 
     async def _stop_first(self, sensors: Sensors) -> None:
         """Stop before thinking, where the robot is about to drive into something.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import logging
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from navigate.messages import NavigateToGoal, WhereAmI
 from navigate.navigator import Navigator
 from navigate.service import NavigateService, _helm
 from navigate.service._intake import Intake, Kind
-from tca_bus import InvalidMessageError, Module, TaskFailedError
+from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
 from tca_bus.testing import bus, central, eventually
 from xavier_sim.messages import SONAR_COUNT, Drive, Sensors
 
@@ -79,6 +80,47 @@ def test_stragglers_change_nothing(order):
 def test_what_is_amiss_has_a_name_and_a_word(readings, kind, word):
     last = judged(*readings)[-1]
     assert (last.kind, last.word) == (kind, word)
+
+
+class Deaf:
+    """Takes what the helm says."""
+
+    def serve(self, *_):
+        """Take any handler."""
+
+    async def inform(self, _message):
+        """Take any command."""
+
+
+async def nothing(_leapt):
+    """Do nothing after a step."""
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    """A wall clock that the test moves."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(_helm, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    return clock
+
+
+async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    for _ in range(5):
+        await helm._on_sensors(reading(1, lockstep=True), None)
+        helm.check_heard()
+        wall.now += 20.0
+    wall.now += 20.0
+    with pytest.raises(TaskError, match="no sensor readings"):
+        helm.check_heard()
+
+
+async def test_gaps_that_come_and_go_get_one_word_a_minute(wall, caplog):
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    for tick in itertools.chain.from_iterable((n, n + 1) for n in range(0, 200, 10)):
+        await helm._on_sensors(reading(tick), None)
+        wall.now += 2.0
+    assert sum("are missing" in word for word in caplog.messages) == 2
 
 
 class Robot:
