@@ -290,6 +290,36 @@ async def test_paced_world_moves_by_itself_and_stops_without_a_driver():
         await eventually(lambda: state.world.tick > tick + 5)
 
 
+@pytest.mark.parametrize("speed", [math.nan, math.inf, 99.0])
+async def test_a_driver_that_sends_absurd_speeds_stops_a_moving_robot_and_is_told_of(speed, caplog):
+    async with bus() as options, robot(options, speed=20.0) as state:
+        driver = StandIn(options, ticks=1_000_000)
+        async with driver.module:
+            await eventually(lambda: state.world.truth().metres > 0.3)
+
+            async def absurd(sensors):
+                wrong = {"speed": speed, "turn_rate": 0.0, "busy": True}
+                await driver.module.inform(Drive.model_construct(tick=sensors.tick, **wrong))
+
+            driver.answer = absurd
+            await eventually(lambda: state.world.reading.speed == 0.0)
+            await eventually(lambda: "xavierDrive" in caplog.text and "speed" in caplog.text)
+
+
+async def test_a_driver_that_jumps_ahead_or_back_in_time_is_not_heard():
+    async with bus() as options, robot(options, speed=20.0) as state:
+        driver = StandIn(options, ticks=1_000_000)
+
+        async def jump(sensors):
+            for tick in (sensors.tick + 10_000, 0):
+                await driver.module.inform(Drive(tick=tick, speed=0.5, turn_rate=0.0, busy=True))
+
+        async with driver.module:
+            await eventually(lambda: state.world.truth().metres > 0.3)
+            driver.answer = jump
+            await eventually(lambda: state.world.reading.speed == 0.0)
+
+
 async def test_doors_and_truth():
     async with bus() as options, robot(options), Module("asker", options=options) as asker:
         await asker.wait_for(WhereReally, MoveDoor, WorldDoors, timeout=10)

@@ -177,3 +177,58 @@ def test_perfect_survey_changes_nothing_but_rounding():
     surveyed = survey_floor(plan, sigma=0.0, seed=4)
     for new, old in zip(surveyed.spaces, plan.spaces, strict=True):
         assert new.high.y == pytest.approx(old.high.y, abs=0.0006)
+
+
+def test_door_with_the_name_of_a_space(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["name"] = "lounge"
+    with pytest.raises(FloorError, match="name of a door is 'lounge', expected a name that no sp"):
+        load(tmp_path, plan_data)
+
+
+def test_place_given_twice(tmp_path):
+    text = (FLOORS / "wean5.yaml").read_text()
+    place = next(line for line in text.splitlines() if line.startswith("  r-5303:"))
+    with pytest.raises(FloorError, match=r"line \d+, column 3 is 'a second r-5303', expected each"):
+        load(tmp_path, text.replace(place, f"{place}\n{place}"))
+
+
+def test_two_doors_in_one_piece_of_wall(tmp_path, plan_data):
+    door = dict(entry(plan_data, "doors", "d-5303"), name="d-5303b")
+    door["at"] = {"x": door["at"]["x"], "y": door["at"]["y"] + 0.5}
+    plan_data["doors"].append(door)
+    with pytest.raises(FloorError, match=r"door d-5303b: at is .* expected a place beside door d-"):
+        load(tmp_path, plan_data)
+
+
+@pytest.mark.parametrize(
+    ("item", "point"), [("start", {"x": 4.2, "y": 12.0}), ("charger", {"x": 7.57, "y": 8.6})]
+)
+def test_the_robot_fits_where_it_is_to_stand(tmp_path, plan_data, item, point):
+    plan_data[item] = point
+    says = rf"{item} is '\(.*\)', expected a point at least 0.305 m from any wall, not 0\.[12] m"
+    with pytest.raises(FloorError, match=says):
+        load(tmp_path, plan_data)
+
+
+def test_a_place_so_near_to_a_wall_that_the_robot_does_not_fit(tmp_path, plan_data):
+    plan_data["places"]["r-5305"]["x"] = 6.2
+    plan_data["places"]["r-5305"]["y"] += 0.6
+    with pytest.raises(FloorError, match="place of r-5305 is"):
+        load(tmp_path, plan_data)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "says"),
+    [
+        (("start", "x"), float("nan"), "start.x is 'nan', expected a finite number"),
+        (("start_heading",), float("inf"), "start_heading is 'inf', expected a finite number"),
+        (("spaces", 3, "high", "x"), 1e12, "high.x is '1e.12', expected at most 10000 m from 0"),
+    ],
+)
+def test_numbers_that_are_none_and_absurd_ones(tmp_path, plan_data, field, value, says):
+    inner = plan_data
+    for key in field[:-1]:
+        inner = inner[key]
+    inner[field[-1]] = value
+    with pytest.raises(FloorError, match=says):
+        load(tmp_path, plan_data)

@@ -304,3 +304,21 @@ def test_world_comes_back_from_disk_bit_for_bit(tmp_path):
         state.world.step(0.5, 0.3)
     store.save(state.saved())
     assert store.load(floor=PLAN.name).world == state.world.snapshot()
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda world: world.pop("doors"),
+        lambda world: world["robots"]["xavier"].pop("body"),
+        lambda world: world["robots"]["xavier"]["body"].update(x="east"),
+        lambda world: world["robots"]["xavier"]["odometry"].update(pose=[1.0]),
+    ],
+)
+def test_damaged_state_of_a_world_is_named(tmp_path, spoil):
+    store = SnapshotFile(tmp_path)
+    saved = RobotState(World(PLAN), SimClock(0.0), speed=None).saved()
+    spoil(saved.world)
+    store.save(saved)
+    with pytest.raises(SnapshotError, match=r"xavier\.json holds no state of such a world"):
+        open_world(WorldFlags(rays="numpy"), speed="1", data=tmp_path, epoch=None)

@@ -18,8 +18,8 @@ from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.running import RobotState, SimClock, Team, parse_speed
 from xavier_sim.sensors import Rays
-from xavier_sim.snapshots import SnapshotFile
-from xavier_sim.world import ROBOT, World
+from xavier_sim.snapshots import SnapshotError, SnapshotFile
+from xavier_sim.world import ROBOT, RobotsError, World
 
 WORLD_GROUP = Group("World", sort_key=10)
 
@@ -110,8 +110,14 @@ def _resumed(state: RobotState | Team, data: Path | None, at_least: float) -> Sn
         return None
     store = SnapshotFile(data)
     saved = store.load(floor=state.world.plan.name)
-    if saved is not None:
+    if saved is None:
+        return store
+    try:
         state.restore(saved, at_least=at_least)
+    except RobotsError:
+        raise
+    except (LookupError, TypeError, ValueError) as error:
+        raise SnapshotError(store.path, "holds no state of such a world") from error
     return store
 
 

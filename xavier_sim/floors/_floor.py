@@ -55,15 +55,33 @@ def load_floor(floor: str = DEFAULT_FLOOR) -> FloorPlan:
     return plan
 
 
+class TwiceError(yaml.MarkedYAMLError):
+    """A key stands twice in a mapping, of which YAML would silently take the last."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads YAML in which no name is given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[str] = set()
+        for key, _ in node.value:
+            if key.value in seen:
+                raise TwiceError(problem=f"a second {key.value}", problem_mark=key.start_mark)
+            if isinstance(key, yaml.ScalarNode):
+                seen.add(key.value)
+        return super().construct_mapping(node, deep=deep)
+
+
 def _read_yaml(path: Path) -> Any:
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a safe one
     except (OSError, UnicodeDecodeError) as error:
         raise FloorError(str(path), "file", error, "a readable UTF-8 text file") from error
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "file"
-        raise FloorError(str(path), where, error.problem, "valid YAML") from error
+        expected = "each name once" if isinstance(error, TwiceError) else "valid YAML"
+        raise FloorError(str(path), where, error.problem, expected) from error
     except yaml.YAMLError as error:
         raise FloorError(str(path), "file", error, "valid YAML") from error
 

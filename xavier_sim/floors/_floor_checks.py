@@ -7,11 +7,22 @@ from collections.abc import Iterable
 from itertools import combinations
 
 from tca_bus import TcaError, did_you_mean
-from xavier_sim.floors._geometry import TOUCH, contains, door_edge, shared_edges, space_at
+from xavier_sim.floors._geometry import (
+    TOUCH,
+    build_geometry,
+    contains,
+    door_edge,
+    segment_distances,
+    shared_edges,
+    space_at,
+)
 from xavier_sim.messages import Door, FloorPlan, Space, SpaceKind
 
 ROBOT_WIDTH = 0.61
 """An opening narrower than this leads nowhere for Xavier, metres."""
+
+FARTHEST = 10_000.0
+"""No coordinate of a floor is farther from 0 than this, metres."""
 
 
 class FloorError(TcaError, ValueError):
@@ -33,14 +44,19 @@ def check_floor(file: str, plan: FloorPlan) -> None:
     _check_names(file, "space", [space.name for space in plan.spaces])
     _check_names(file, "door", [door.name for door in plan.doors])
     spaces = {space.name: space for space in plan.spaces}
+    for door in plan.doors:
+        if door.name in spaces:
+            raise FloorError(file, "name of a door", door.name, "a name that no space has")
     for space in plan.spaces:
         _check_corners(file, space)
     _check_overlaps(file, plan.spaces)
     for door in plan.doors:
         _check_door(file, door, spaces)
+    _check_gaps(file, plan.doors, spaces)
     _check_places(file, plan, spaces)
     _check_charger(file, plan)
     _check_ways(file, plan, spaces)
+    _check_fits(file, plan)
 
 
 def _check_names(file: str, what: str, names: list[str]) -> None:
@@ -54,6 +70,10 @@ def _check_names(file: str, what: str, names: list[str]) -> None:
 def _check_corners(file: str, space: Space) -> None:
     for axis in ("x", "y"):
         low, high = getattr(space.low, axis), getattr(space.high, axis)
+        for name, value in (("low", low), ("high", high)):
+            if abs(value) > FARTHEST:
+                item = f"space {space.name}: {name}.{axis}"
+                raise FloorError(file, item, f"{value:g}", f"at most {FARTHEST:g} m from 0")
         if high - low < ROBOT_WIDTH:
             item = f"space {space.name}: extent in {axis} ({low:g} to {high:g})"
             raise FloorError(file, item, f"{high - low:g}", f"at least {ROBOT_WIDTH} m")
@@ -86,6 +106,29 @@ def _check_door(file: str, door: Door, spaces: dict[str, Space]) -> None:
             f"a point of the wall that {one} and {other} share, {door.width:g} m wide round it"
         )
         raise FloorError(file, f"door {door.name}: at", at, expected)
+
+
+def _check_gaps(file: str, doors: Iterable[Door], spaces: dict[str, Space]) -> None:
+    """No two doors are in one piece of wall."""
+    gaps = [(door, gap) for door in doors if (gap := door_edge(door, spaces)) is not None]
+    for (one, gap), (other, hole) in combinations(gaps, 2):
+        same_line = gap.axis == hole.axis and abs(gap.at - hole.at) < TOUCH
+        if same_line and min(gap.span[1], hole.span[1]) - max(gap.span[0], hole.span[0]) > TOUCH:
+            at = f"({other.at.x:g}, {other.at.y:g})"
+            raise FloorError(file, f"door {other.name}: at", at, f"a place beside door {one.name}")
+
+
+def _check_fits(file: str, plan: FloorPlan) -> None:
+    """Where the robot is to stand, it can: no wall is nearer than its side."""
+    walls = build_geometry(plan).walls
+    points = {f"place of {name}": point for name, point in plan.places.items()}
+    points |= {"start": plan.start} | ({"charger": plan.charger} if plan.charger else {})
+    for item, point in points.items():
+        free = segment_distances(walls, point.x, point.y).min(initial=FARTHEST)
+        if free < ROBOT_WIDTH / 2.0:
+            at = f"({point.x:g}, {point.y:g})"
+            expected = f"a point at least {ROBOT_WIDTH / 2.0:g} m from any wall, not {free:.3g} m"
+            raise FloorError(file, item, at, expected)
 
 
 def _check_places(file: str, plan: FloorPlan, spaces: dict[str, Space]) -> None:

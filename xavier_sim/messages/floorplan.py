@@ -73,5 +73,5 @@ class FloorPlan(BaseModel):
     doors: tuple[Door, ...]
     places: dict[str, Corner]
     start: Corner
-    start_heading: float = 0.0
+    start_heading: float = Field(default=0.0, allow_inf_nan=False)
     charger: Corner | None = None
