@@ -16,7 +16,15 @@ from navigate.body import (
     plausible,
     wrap,
 )
-from navigate.driving import STOP, DoorLog, Drive, Driver, Surroundings, View, Wheels
+from navigate.driving import (
+    STOP,
+    DoorLog,
+    Drive,
+    Driver,
+    Surroundings,
+    View,
+    Wheels,
+)
 from navigate.freezing import freeze, thaw
 from navigate.maps import Floats, Floor, Point
 from navigate.messages import NavigationReport, Position
@@ -85,7 +93,7 @@ class Navigator:
         still = motion.still()
         self._ranges = heard_ranges(sensors)
         self.localizer.move(motion)
-        self.localizer.sense(self._ranges, sensors.sonar_fresh, still=still)
+        self.localizer.sense(self._mapped(still=still), sensors.sonar_fresh, still=still)
         self._still_ticks = self._still_ticks + 1 if still else 0
         self._listen(sensors)
         self._search()
@@ -243,6 +251,12 @@ class Navigator:
         self.surroundings.hear(odom, self._ranges, sensors.sonar_fresh, sensors.time)
         if (direction := bump_direction(sensors.bump)) is not None:
             self.surroundings.touch(odom, direction, sensors.time)
+
+    def _mapped(self, *, still: bool) -> Floats:
+        """The ranges that tell of the map; who stands before a robot that waits does not."""
+        if not still or self.localizer.lost:
+            return self._ranges
+        return self.driver.without_company(self._ranges, self.pose)
 
     def _reckon(self, sensors: Sensors) -> Motion:
         now: Pose = (float(sensors.odom[0]), float(sensors.odom[1]), float(sensors.odom[2]))

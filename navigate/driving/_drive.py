@@ -28,7 +28,7 @@ LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
     Bumped: (6, NavigationFailure.BUMP),
     DoorShut: (4, NavigationFailure.DOOR_BLOCKED),
     DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
-    WayBlocked: (4, NavigationFailure.CORRIDOR_BLOCKED),
+    WayBlocked: (5, NavigationFailure.CORRIDOR_BLOCKED),
     Stuck: (2, NavigationFailure.NO_PROGRESS),
     Astray: (3, NavigationFailure.LOST),
 }

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 
-from navigate.body import bump_direction
+from navigate.body import Pose, bump_direction
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorpass import pass_door
 from navigate.driving._drive import LIMITS, Drive, GoalFailedError
 from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._safety import guard
-from navigate.driving._turning import back_off, turn_by, wait
+from navigate.driving._strangers import without
+from navigate.driving._turning import back_off, give_way, turn_by, wait
 from navigate.driving._view import (
     STOP,
     Astray,
@@ -28,7 +29,7 @@ from navigate.driving._view import (
     WayBlocked,
     Wheels,
 )
-from navigate.maps import Passage, Point, frame
+from navigate.maps import Floats, Passage, Point, frame
 from navigate.messages import NavigationFailure
 from navigate.routes import (
     Memory,
@@ -88,6 +89,18 @@ class Driver:
     def busy(self) -> bool:
         """Whether there is a goal under way."""
         return self.drive is not None and not self.drive.done
+
+    def without_company(self, ranges: Floats, pose: Pose) -> Floats:
+        """A ring of ranges in metres, less what comes from those who stand around the robot."""
+        view = self._view
+        if not self.busy or self.drive is None or view is None:
+            return ranges
+        around = self.drive.courtesy.strangers.around
+        standing = [one for one in around if one.certain and one.stands(view.time)]
+        if not standing:
+            return ranges
+        space = self._planner.floor.space_nearest(pose[0], pose[1])
+        return without(standing, ranges, pose, space)
 
     def step(self, view: View) -> Wheels:
         """Take in one tick and answer with the wheels."""
@@ -217,6 +230,13 @@ class Driver:
             raise GoalFailedError(LIMITS[type(met)][1], text, by_trouble=True)
         raise GoalFailedError(NavigationFailure.NO_ROUTE, str(why))
 
+    def _has_way_round(self, drive: Drive, view: View) -> bool:
+        try:
+            self._planner.plan(view.at, drive.goal, self._memory.outlook(view.time))
+        except NoRouteError:
+            return False
+        return True
+
     def _recover(self, drive: Drive, view: View, trouble: Trouble) -> Manoeuvre[View]:
         drive.steps, drive.nearest_at = [], view.time
         if isinstance(trouble, Bumped):
@@ -225,6 +245,8 @@ class Driver:
             self._memory.shut(trouble.door, view.time)
         elif isinstance(trouble, WayBlocked):
             self._memory.blocked(trouble.at, view.time)
+            if not self._has_way_round(drive, view):
+                return (yield from give_way(view, trouble.at))
         elif isinstance(trouble, Astray):
             view = yield from _look_round(view)
             self._memory.forget_since(drive.began)

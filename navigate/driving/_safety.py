@@ -6,7 +6,7 @@ import numpy as np
 
 from navigate.body import NEAREST, RING_RADIUS, ROBOT_RADIUS
 from navigate.driving._view import STOP, View, Wheels
-from xavier_sim.messages import Sensors
+from xavier_sim.messages import SONAR_COUNT, Sensors
 
 BRAKES = 1.0
 """Metres per second squared that the base can brake for sure."""
@@ -16,6 +16,9 @@ KEEP_OFF = 0.06
 
 NARROW_KEEP_OFF = 0.02
 
+REAR = SONAR_COUNT // 2
+"""The sonar that looks straight back."""
+
 
 def guard(wheels: Wheels, view: View) -> Wheels:
     """Let ``wheels`` through, or no more of their speed than there is room to brake in.
@@ -24,9 +27,9 @@ def guard(wheels: Wheels, view: View) -> Wheels:
     """
     if view.bump and _pushes(view.bump, wheels.speed):
         return STOP
-    if wheels.speed <= 0.0:
+    if wheels.speed == 0.0:
         return wheels
-    room = _room_ahead(view, narrow=wheels.narrow)
+    room = _room_on(view, narrow=wheels.narrow, backward=wheels.speed < 0.0)
     if wheels.speed**2 <= 2.0 * BRAKES * max(0.0, room):
         return wheels
     return Wheels(0.0, wheels.turn, wheels.narrow)
@@ -45,11 +48,11 @@ def must_stop(wheels: Wheels, sensors: Sensors) -> bool:
     return wheels.speed**2 > 2.0 * BRAKES * max(0.0, room)
 
 
-def _room_ahead(view: View, *, narrow: bool) -> float:
-    """Metres to the nearest echo in the robot's lane."""
+def _room_on(view: View, *, narrow: bool, backward: bool) -> float:
+    """Metres to the nearest echo in the robot's lane, ahead of it or behind it."""
     if narrow:
-        return _room(float(view.ranges[0]), NARROW_KEEP_OFF)
-    ahead, left = view.echoes[:, 0], view.echoes[:, 1]
+        return _room(float(view.ranges[REAR if backward else 0]), NARROW_KEEP_OFF)
+    ahead, left = view.echoes[:, 0] * (-1.0 if backward else 1.0), view.echoes[:, 1]
     lane = (ahead > 0.0) & (np.abs(left) < ROBOT_RADIUS)
     nearest = float(ahead[lane].min(initial=np.inf))
     return _room(nearest - RING_RADIUS, KEEP_OFF)

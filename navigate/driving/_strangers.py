@@ -7,6 +7,7 @@ in its cone that may be, hears somebody, or something that was put there.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,6 +106,18 @@ def are_strange(pose: Pose, space: Space, away: Floats, bearings: Floats) -> NDA
     across = np.minimum(x - space.low.x, space.high.x - x)
     inset = np.minimum(across, np.minimum(y - space.low.y, space.high.y - y))
     return np.asarray(inset.min(axis=0) > INSIDE)
+
+
+def without(strangers: Iterable[Stranger], ranges: Floats, pose: Pose, space: Space) -> Floats:
+    """A ring of 24 ranges in metres, less those that come from strangers."""
+    near = np.where(np.isfinite(ranges), RING_RADIUS + ranges, 0.0)
+    strange = are_strange(pose, space, near, BEARINGS) & (near > 0.0)
+    angles = pose[2] + BEARINGS
+    x, y = pose[0] + near * np.cos(angles), pose[1] + near * np.sin(angles)
+    theirs = np.zeros(len(ranges), dtype=bool)
+    for one in strangers:
+        theirs |= np.hypot(x - one.at[0], y - one.at[1]) < SAME
+    return np.where(strange & theirs, np.inf, ranges)
 
 
 _CONE = np.array([-CONE_HALF, 0.0, CONE_HALF])

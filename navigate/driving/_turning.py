@@ -6,6 +6,7 @@ import math
 
 from navigate.body import wrap
 from navigate.driving._view import STOP, Bumped, Manoeuvre, View, Wheels
+from navigate.maps import Point
 
 TURN_GAIN = 2.0
 TOP_TURN = 1.2
@@ -13,6 +14,8 @@ TOP_TURN = 1.2
 
 BACK_SPEED = 0.15
 BACK_SECONDS = 5.0
+GIVE_WAY, GIVE_WAY_SECONDS = 0.5, 5.0
+"""Metres to make room for whoever stands in the way, and seconds to let them use it."""
 
 
 def turn_rate(error: float, *, top: float = TOP_TURN) -> float:
@@ -51,3 +54,13 @@ def back_off(view: View, direction: float, metres: float = 0.25) -> Manoeuvre[Vi
             if math.cos(contact.direction) * sign > 0.3:
                 break
     return (yield from wait(view, 0.4))
+
+
+def give_way(view: View, at: Point) -> Manoeuvre[View]:
+    """Turn away from what is at a point of the map and drive off a little, as far as is free."""
+    away = math.atan2(view.pose[1] - at[1], view.pose[0] - at[0])
+    view = yield from turn_by(view, wrap(away - view.pose[2]))
+    start, until = view.odom, view.time + GIVE_WAY_SECONDS
+    while view.time < until and math.dist(start[:2], view.odom[:2]) < GIVE_WAY:
+        view = yield Wheels(BACK_SPEED, 0.0)
+    return (yield from wait(view, GIVE_WAY_SECONDS))

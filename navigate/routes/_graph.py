@@ -99,6 +99,11 @@ def build_graph(floor: Floor) -> Graph:
     return Graph(nodes, links + list(_across(nodes)))
 
 
+def nodes_of(number: int) -> tuple[int, int]:
+    """The indices of the two nodes of a floor's passage, by its number."""
+    return 2 * number, 2 * number + 1
+
+
 def straight(metres: float) -> float:
     """Seconds for a straight way of ``metres``, with a little for turning at its end."""
     return metres / CRUISE + (1.0 if metres > 0.1 else 0.0)

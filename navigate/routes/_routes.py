@@ -7,15 +7,18 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
+from navigate.body import ROBOT_RADIUS
 from navigate.maps import Floor, Passage, Point, frame
 from navigate.messages import Route
 from navigate.routes._graph import (
+    CORRIDOR_STANDOFF,
     CRUISE,
     Graph,
     Link,
     Node,
     build_graph,
     missing,
+    nodes_of,
     show_point,
     straight,
 )
@@ -184,7 +187,17 @@ class Planner:
         door = self.floor.doorway_at(*start)
         if door is not None:
             return (i for i, node in enumerate(self.graph.nodes) if node.passage == door.name)
-        return self.graph.at.get(self.floor.space_nearest(*start).name, [])
+        space = self.floor.space_nearest(*start).name
+        return {*self.graph.at.get(space, []), *self._beside(start, space)}
+
+    def _beside(self, start: Point, space: str) -> Iterable[int]:
+        """The nodes on both sides of the open passages in which a point of ``space`` lies."""
+        for number, passage in enumerate(self.floor.passages):
+            if passage.door or space not in passage.spaces or passage.normal == (0.0, 0.0):
+                continue
+            ahead, aside = frame(passage, *start)
+            if abs(ahead) < CORRIDOR_STANDOFF and abs(aside) < passage.width / 2 - ROBOT_RADIUS:
+                yield from nodes_of(number)
 
     def _costs(self, point: Point, nodes: Iterable[int], blocked: Hindrances) -> dict[int, float]:
         spots = ((i, self.graph.nodes[i].at) for i in nodes)

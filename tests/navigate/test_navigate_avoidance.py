@@ -236,6 +236,15 @@ def test_a_sudden_obstacle_stops_the_wheels_but_not_the_turn():
     assert guard(fast, view(echoes=[(0.45, 0.6)])) == fast
 
 
+def test_what_is_behind_stops_a_robot_that_backs():
+    back = Wheels(-0.15, 0.1)
+    assert guard(back, view(echoes=[(-2.0, 0.0), (0.4, 0.0)])) == back
+    assert guard(back, view(echoes=[(-0.36, 0.1)])) == Wheels(0.0, 0.1)
+    rear = np.full(24, np.inf)
+    rear[12] = 0.2
+    assert guard(back._replace(narrow=True), view(ranges=rear)).speed == 0.0
+
+
 def test_in_a_door_only_what_is_straight_ahead_counts():
     slow = Wheels(0.2, 0.0, narrow=True)
     jambs = np.full(24, 0.25)

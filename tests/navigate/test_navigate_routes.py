@@ -113,6 +113,15 @@ def test_a_blocked_place_is_planned_around_and_may_be_left():
     assert any(step.space == "corridor-54" for step in far)
 
 
+def test_from_between_two_spaces_the_way_leads_out_on_both_sides():
+    goal = FLOOR.place("r-5313")
+    start = (7.6, 17.95)
+    blocked = Hindrances(points=((7.6, 18.7),))
+    steps = PLANNER.plan(start, goal, blocked)
+    assert steps[0].space == "crossing-south"
+    assert any(step.space == "corridor-54" for step in steps)
+
+
 def test_from_a_doorway_the_way_leads_straight_out_of_it():
     door = FLOOR.doors["d-5303"]
     steps = PLANNER.plan((door.centre[0] + 0.1, door.centre[1]), FLOOR.place("r-5313"))
