@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from navigate.body import heard_ranges
 from navigate.driving import Drive
 from navigate.maps import CENTIMETRES, Floats, Point
 from navigate.messages import MOST_CELLS, BeliefCell, BeliefState, DriveProgress, Outlook
 from navigate.navigator import Navigator
 from navigate.routes import remaining, seconds_left
-from xavier_sim.messages import Sensors
+from xavier_sim.messages import LIDAR_VIEW, STRIPER_AHEAD, STRIPER_VIEW, Sensors
 
 
 def belief_state(navigator: Navigator, goal: Point | None) -> BeliefState:
@@ -53,6 +55,7 @@ def outlook(
     return Outlook(
         belief=belief_state(navigator, drive.goal if drive else None),
         sonar=_ranges(sensors) if sensors else [],
+        seen=_seen(sensors) if sensors else [],
         bump=sensors.bump if sensors else 0,
         drive=drive_progress(navigator, drive, task) if drive else None,
         way=_way(drive) if drive else [],
@@ -68,6 +71,20 @@ def _way(drive: Drive) -> list[Point]:
 def _ranges(sensors: Sensors) -> list[float | None]:
     ranges = heard_ranges(sensors).round(3).tolist()
     return [reading if math.isfinite(reading) else None for reading in ranges]
+
+
+def _seen(sensors: Sensors) -> list[Point]:
+    """The points that striper and lidar see, metres ahead and left."""
+    points: list[Point] = []
+    for ranges, view, ahead in (
+        (sensors.striper, STRIPER_VIEW, STRIPER_AHEAD),
+        (sensors.lidar, LIDAR_VIEW, 0.0),
+    ):
+        hit = np.isfinite(ranges)
+        turns, far = np.linspace(-view / 2, view / 2, len(ranges))[hit], ranges[hit]
+        spots = np.column_stack([ahead + far * np.cos(turns), far * np.sin(turns)])
+        points += [(x, y) for x, y in spots.round(3).tolist()]
+    return points
 
 
 def _cells(poses: Floats, shares: Floats) -> tuple[BeliefCell, ...]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from navigate.maps import Floats
-from xavier_sim.messages import BUMP_PANELS, SONAR_COUNT, Sensors
+from xavier_sim.messages import BUMP_PANELS, LIDAR_BEAMS, SONAR_COUNT, STRIPER_BEAMS, Sensors
 
 ROBOT_RADIUS = 0.305
 """Metres."""
@@ -39,6 +39,12 @@ def fault_of(sensors: Sensors) -> str | None:
     """What makes a reading useless, as a sentence; None when it is sound."""
     if sensors.sonar.shape != (SONAR_COUNT,):
         return f"sonar has {len(sensors.sonar)} readings, expected {SONAR_COUNT}"
+    for name, ranges, beams in (
+        ("striper", sensors.striper, STRIPER_BEAMS),
+        ("lidar", sensors.lidar, LIDAR_BEAMS),
+    ):
+        if len(ranges) not in {0, beams}:
+            return f"{name} has {len(ranges)} readings, expected {beams} or none"
     if np.isnan(sensors.sonar).all():
         return f"sonar has no number among its {SONAR_COUNT} readings"
     if sensors.odom.shape != (3,) or not np.isfinite(sensors.odom).all():

@@ -13,15 +13,17 @@ class Outlook(BaseModel):
     """What the navigator sees, believes and wants at one moment.
 
     ``sonar`` is the latest reading of each sonar in metres from the ring, None for no echo, and
-    empty before there are any; ``bump`` has a bit for each panel that is pressed. ``drive`` is the
-    drive under way, ``way`` the points that it has yet to pass, in metres. ``shut`` are doors
-    believed to be shut, ``blocked`` points where something stood in the way lately.
+    empty before there are any; ``seen`` are the points that lasers see, metres ahead of the robot
+    and to its left. ``bump`` has a bit for each panel that is pressed. ``drive`` is the drive under
+    way, ``way`` the points that it has yet to pass, in metres. ``shut`` are doors believed to be
+    shut, ``blocked`` points where something stood in the way lately.
     """
 
     model_config = ConfigDict(frozen=True)
 
     belief: BeliefState
     sonar: list[float | None]
+    seen: list[tuple[float, float]] = []
     bump: int
     drive: DriveProgress | None
     way: list[tuple[float, float]]

@@ -38,6 +38,13 @@ def draw_sonar(pane: Pane, pose: Pose, sonar: Sequence[float | None]) -> None:
             pane.arc("echo", at, look, half, far)
 
 
+def draw_seen(pane: Pane, pose: Pose, seen: Sequence[tuple[float, float]]) -> None:
+    """The points that lasers see, given in metres ahead and left."""
+    for ahead, left in seen:
+        at = polar((pose[0], pose[1]), pose[2] + math.atan2(left, ahead), math.hypot(ahead, left))
+        pane.disc("seen", at, 1.8 / pane.scale)
+
+
 def draw_body(pane: Pane, pose: Pose, bump: int) -> None:
     """A disc that looks somewhere, with the panels that are pressed."""
     at, radius = (pose[0], pose[1]), max(RADIUS, SMALLEST / pane.scale)

@@ -18,6 +18,7 @@ text { font: 13px ui-sans-serif, system-ui, "Helvetica Neue", Arial, sans-serif;
 .goal-room { fill: #1a6b2d; font-weight: 700; }
 .cone { fill: #1f6feb; fill-opacity: 0.08; }
 .echo { fill: none; stroke: #1f6feb; stroke-width: 2.2; stroke-linecap: round; }
+.seen { fill: #bf3989; }
 .silent { fill: none; stroke: #8c959f; stroke-width: 0.8; stroke-dasharray: 1 4; }
 .cell { fill: #e8761c; }
 .look { fill: none; stroke: #9a4a00; stroke-width: 2; stroke-linecap: round; }
@@ -49,6 +50,7 @@ text { fill: #e6edf3; }
 .goal-room { fill: #56d364; }
 .cone { fill: #58a6ff; fill-opacity: 0.1; }
 .echo { stroke: #58a6ff; }
+.seen { fill: #f778ba; }
 .cell { fill: #f0883e; }
 .look, .doubt { stroke: #ffc680; }
 .way, .goal { stroke: #3fb950; }

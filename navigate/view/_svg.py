@@ -14,7 +14,7 @@ from navigate.messages import Outlook
 from navigate.view._belief import draw_cells, draw_doubt, draw_way
 from navigate.view._floor import draw_floor, draw_names, extent
 from navigate.view._ink import Pane, Window
-from navigate.view._robot import Pose, draw_body, draw_sonar
+from navigate.view._robot import Pose, draw_body, draw_seen, draw_sonar
 from navigate.view._style import STYLE
 from navigate.view._words import of_navigator, of_world
 from xavier_sim.messages import FloorPlan, WorldView
@@ -95,6 +95,7 @@ class Picture(ABC):
         draw_floor(pane, self.floor, self.shut, wall="near-wall")
         self.fill(pane)
         draw_sonar(pane, self.pose, self.outlook.sonar)
+        draw_seen(pane, self.pose, self.outlook.seen)
         draw_body(pane, self.pose, self.outlook.bump)
         drive = self.outlook.drive
         draw_names(pane, self.floor, drive.room if drive else None)

@@ -112,6 +112,8 @@ SOUND = {
     [
         {"sonar": [1.0] * 23},
         {"sonar": [math.nan] * 24},
+        {"striper": [1.0] * 30},
+        {"lidar": [1.0]},
         {"odom": [0.0, 0.0]},
         {"odom": [0.0, math.nan, 0.0]},
         {"time": math.inf},

@@ -32,6 +32,8 @@ def reading(tick, time=None, *, lockstep=False, sonar=SONAR_COUNT):
         sonar=np.full(sonar, 5.0, dtype=np.float32),
         sonar_fresh=(1 << SONAR_COUNT) - 1,
         odom=np.zeros(3, dtype=np.float32),
+        striper=np.empty(0, dtype=np.float32),
+        lidar=np.empty(0, dtype=np.float32),
         speed=0.0,
         turn_rate=0.0,
         bump=0,

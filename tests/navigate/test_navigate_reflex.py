@@ -46,6 +46,8 @@ def sensors(*, ahead=5.0, fresh=1, bump=0, tick=1, lockstep=False):
         speed=0.5,
         turn_rate=0.0,
         bump=bump,
+        striper=np.empty(0, dtype=np.float32),
+        lidar=np.empty(0, dtype=np.float32),
     )
 
 

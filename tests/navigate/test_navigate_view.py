@@ -6,6 +6,7 @@ import math
 import re
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,7 +18,7 @@ from navigate.view._belief import opacity
 from navigate.view._braille import Braille
 from navigate.view._ink import Pane, Window
 from navigate.view._words import counted
-from xavier_sim.messages import FloorPlan
+from xavier_sim.messages import LIDAR_BEAMS, STRIPER_BEAMS, FloorPlan
 from xavier_sim.running import RobotState, SimClock
 
 ZERO = {"x": 0, "y": 0}
@@ -92,6 +93,25 @@ def test_an_idle_robot_without_readings_is_drawn(scene):
     assert len(parts(drawing, "touch")) == 2
     assert not parts(drawing, "goal")
     assert "no drive under way" in draw_text(idle, tiny, None, columns=60, rows=20)
+
+
+def test_what_lasers_see_stands_where_it_is():
+    loop = Loop()
+    striper = np.full(STRIPER_BEAMS, np.inf, dtype=np.float32)
+    striper[[0, 15]] = 1.0
+    lidar = np.full(LIDAR_BEAMS, np.inf, dtype=np.float32)
+    lidar[-1] = 2.0
+    sensors = loop.sensors.model_copy(update={"striper": striper, "lidar": lidar})
+    told = outlook(loop.navigator, sensors, None, "")
+    askance = math.radians(15.0)
+    assert told.seen == [
+        pytest.approx((0.25 + math.cos(askance), -math.sin(askance)), abs=1e-3),
+        pytest.approx((1.25, 0.0), abs=1e-3),
+        pytest.approx(
+            (2.0 * math.cos(math.radians(179)), 2.0 * math.sin(math.radians(179))), abs=1e-3
+        ),
+    ]
+    assert len(parts(draw_svg(told, loop.navigator.floor.plan), "seen")) == 3
 
 
 WINDOWS = st.builds(
