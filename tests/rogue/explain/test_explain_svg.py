@@ -120,6 +120,7 @@ def test_the_drawing_is_as_large_as_what_is_in_it() -> None:
     assert height > scene.extent.height
 
 
-def test_the_pictures_of_the_documents_are_current() -> None:
-    for name, draw in runpy.run_path(str(DOCS / "pictures.py"))["PICTURES"].items():
+def test_the_pictures_of_the_documents_are_current(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(DOCS)
+    for name, draw in runpy.run_path(str(DOCS / "pictures.py"))["SETTLED"].items():
         assert (DOCS / name).read_text(encoding="utf-8") == draw(), "run docs/pictures.py"
