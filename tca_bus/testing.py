@@ -79,7 +79,7 @@ async def central(
 async def eventually(
     condition: Callable[[], object | Awaitable[object]],
     *,
-    timeout: float = 10.0,
+    timeout: float = 30.0,
     what: str = "the condition",
 ) -> None:
     """Wait until ``condition``, which may be async, is true.

@@ -10,8 +10,10 @@ import signal
 import sys
 
 import pytest
+from command_line import run_command
 from navigate_office import office, running
 
+from navigate.cli import app
 from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
 from navigate.messages import (
@@ -190,25 +192,16 @@ async def test_a_spoilt_state_is_left_aside(tmp_path, text):
 
 
 async def navigate(*arguments):
-    process = await asyncio.create_subprocess_exec(
-        sys.executable,
-        *("-m", "navigate", *arguments),
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
-    )
-    out, err = await process.communicate()
-    return process.returncode, out.decode(), err.decode()
+    ran = await run_command(app, *arguments)
+    return ran.code, ran.out, ran.err
 
 
-@pytest.mark.process
 async def test_the_command_line_plans_and_tells_where():
     async with office() as asker:
         flags = ("--connect", asker.options.connect, "--realm", asker.options.realm)
-        (code, out, _), (_, where, _), (wrong, _, err) = await asyncio.gather(
-            navigate("plan", "r-5301", "r-5313", "--json", *flags),
-            navigate("where", *flags),
-            navigate("plan", "r-5301", "r-53133", *flags),
-        )
+        code, out, _ = await navigate("plan", "r-5301", "r-5313", "--json", *flags)
+        _, where, _ = await navigate("where", *flags)
+        wrong, _, err = await navigate("plan", "r-5301", "r-53133", *flags)
     assert code == 0
     assert json.loads(out)["via"][-1] == "r-5313"
     assert "give or take" in where
@@ -216,17 +209,13 @@ async def test_the_command_line_plans_and_tells_where():
     assert "Did you mean 'r-5313'" in err
 
 
-@pytest.mark.slow
-@pytest.mark.process
 async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):
     broken = tmp_path / "floor.yaml"
     broken.write_text("name: [")
-    (bad, _, says), (seed, _, _), (gone, _, _), (offline, out, _) = await asyncio.gather(
-        navigate("run", "--map", str(broken)),
-        navigate("run", "--seed", "-1"),
-        navigate("where", "--connect", "tcp/127.0.0.1:9"),
-        navigate("plan", "r-5301", "r-5303", "--map", "wean5"),
-    )
+    bad, _, says = await navigate("run", "--map", str(broken))
+    seed, _, _ = await navigate("run", "--seed", "-1")
+    gone, _, _ = await navigate("where", "--connect", "tcp/127.0.0.1:9")
+    offline, out, _ = await navigate("plan", "r-5301", "r-5303", "--map", "wean5")
     assert (bad, seed, gone, offline) == (2, 2, 5, 0)
     assert "is no YAML" in says
     assert "d-5303" in out

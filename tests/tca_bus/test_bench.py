@@ -11,6 +11,7 @@ import pytest
 BENCH = Path(__file__).parents[2] / "bench" / "bus.py"
 
 
+@pytest.mark.slow
 @pytest.mark.bus
 @pytest.mark.process
 @pytest.mark.timeout(180)

@@ -10,9 +10,11 @@ import sys
 from contextlib import asynccontextmanager
 
 import pytest
+from command_line import run_command
 
-from tca_bus import Module
+from tca_bus import BusOptions, Module
 from tca_bus.testing import bus, eventually
+from xavier_sim.cli import app
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Ask, Drive, Sensors, WhereReally
 
@@ -41,9 +43,8 @@ async def process(options, *words, **more):
 
 
 async def run(options, *words):
-    child = await spawn(options, *words)
-    out, err = await child.communicate()
-    return child.returncode, out.decode(), err.decode()
+    ran = await run_command(app, *words, TCA_CONNECT=options.connect, TCA_REALM=options.realm)
+    return ran.code, ran.out, ran.err
 
 
 async def test_killed_robot_goes_on_where_it_was(tmp_path):
@@ -68,7 +69,6 @@ async def test_killed_robot_goes_on_where_it_was(tmp_path):
             assert (await driver.query(WhereReally())).metres > 1.0
 
 
-@pytest.mark.slow
 async def test_commands_of_the_robot(tmp_path):
     async with (
         bus() as options,
@@ -84,11 +84,9 @@ async def test_commands_of_the_robot(tmp_path):
         code, _, err = await run(options, "door", "r-53003", "close")
         assert code == 2
         assert "Did you mean 'r-5303'" in err
-        (kidnap, there, _), (slip, out, _), (place, _, err) = await asyncio.gather(
-            run(options, "fault", "kidnap", "R-5305", "--json"),
-            run(options, "fault", "odometry", "-3.6"),
-            run(options, "fault", "kidnap", "--x", "3"),
-        )
+        kidnap, there, _ = await run(options, "fault", "kidnap", "R-5305", "--json")
+        slip, out, _ = await run(options, "fault", "odometry", "-3.6")
+        place, _, err = await run(options, "fault", "kidnap", "--x", "3")
         assert (kidnap, slip, place) == (0, 0, 2)
         assert json.loads(there)["room"] == "r-5305"
         assert "-3.600 m to count wrongly" in out
@@ -106,8 +104,7 @@ async def test_no_robot_there():
 
 
 async def test_bad_flag_is_one_clear_line():
-    async with bus() as options:
-        code, _, err = await run(options, "run", "--map", "wean6")
+    code, _, err = await run(BusOptions(), "run", "--map", "wean6")
     assert code == 2
     assert err.startswith("error: wean6: map is 'wean6', expected a floor plan file")
     assert "Did you mean 'wean5'" in err
@@ -115,10 +112,7 @@ async def test_bad_flag_is_one_clear_line():
 
 async def test_survey_writes_a_map(tmp_path):
     file = tmp_path / "map.yaml"
-    child = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "xavier_sim", "survey", "wean5", "--seed", "3", "-o", str(file))
-    )
-    assert await child.wait() == 0
+    assert (await run_command(app, "survey", "wean5", "--seed", "3", "-o", str(file))).code == 0
     assert load_floor(str(file)).places == PLAN.places
 
 
