@@ -281,9 +281,15 @@ class World:
         """The people and carts, as all see them and run into them."""
         return self._crowd.discs
 
+    @property
+    def _is_lonely(self) -> bool:
+        """Whether there is nothing in this world but one robot."""
+        return len(self.robots) == 1 and not self._crowd.discs
+
     def _advance(self) -> None:
         robots = self.robots.values()
-        self._move_crowd()
+        if not self._is_lonely:
+            self._move_crowd()
         for _ in range(STEPS_PER_TICK):
             for robot in robots:
                 robot.push()
@@ -291,7 +297,8 @@ class World:
             for robot in robots:
                 robot.feel()
         self.tick += 1
-        self._look_round()
+        if not self._is_lonely:
+            self._look_round()
         for robot in robots:
             robot.sense(self.tick)
 

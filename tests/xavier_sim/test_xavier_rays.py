@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tca_bus import ConfigError
-from xavier_sim.body import Physics
+from xavier_sim.body import Disc, Physics
 from xavier_sim.floors import WALL_RADIUS, build_geometry, load_floor
 from xavier_sim.messages import Corner, Door, FloorPlan, Space, SpaceKind
 from xavier_sim.sensors import RayCaster, _choice, make_caster
@@ -78,6 +78,25 @@ def test_rays_agree_with_physics_within_the_wall(point, angle):
     if solid <= REACH:
         x, y = point[0] + solid * math.cos(angle), point[1] + solid * math.sin(angle)
         assert CULLED.distances(x, y).min() <= WALL_RADIUS + 1e-6
+
+
+@settings(max_examples=100, deadline=None)
+@given(points, st.floats(0.1, 3.0), angles, st.floats(-0.3, 0.3), st.sampled_from([0.25, 0.35]))
+def test_rays_meet_people_and_carts_where_the_physics_has_them(point, away, bearing, off, radius):
+    (x, y), angle, far = point, bearing + off, 4.0
+    disc = Disc(x + away * math.cos(bearing), y + away * math.sin(bearing), radius)
+    PHYSICS.surround({0: disc})
+    end = (x + far * math.cos(angle), y + far * math.sin(angle))
+    hit = PHYSICS._shapes[0].segment_query((x, y), end)
+    circles = np.array([[disc.x, disc.y, radius]])
+    alone = RayCaster(np.empty((0, 4)), far)
+    ray = alone.cast(np.array([[x, y]]), np.array([angle]), circles=circles)[0][0]
+    PHYSICS.surround({})
+    if disc.gap(x, y, 0.0) <= 1e-6:
+        assert ray < 1e-6
+    elif abs(away * abs(math.sin(off)) - radius) > 1e-6:
+        solid = math.inf if hit is None else hit.alpha * far
+        assert ray == pytest.approx(solid, abs=1e-6)
 
 
 def test_closed_door_stops_rays():

@@ -10,6 +10,7 @@ import pytest
 from test_xavier_bus import StandIn, sim
 
 from tca_bus import ConfigError, Module
+from tca_bus.cli import BusFlags
 from tca_bus.testing import bus, eventually
 from xavier_sim.cli._run import run
 from xavier_sim.cli._worlds import WorldFlags, open_team
@@ -124,6 +125,27 @@ async def test_a_change_from_any_realm_is_kept(tmp_path):
         open_team(
             WorldFlags(robots="xavier,han", rays="numpy"), speed="1", data=tmp_path, epoch=None
         )
+
+
+@pytest.mark.bus
+async def test_the_command_puts_each_robot_on_the_realm_of_its_name():
+    async with bus() as options, asyncio.TaskGroup() as group:
+        flags = BusFlags(connect=options.connect)
+        running = group.create_task(
+            run(speed="max", world=WorldFlags(robots="han, yoda", rays="numpy"), flags=flags),
+            name="run",
+        )
+        for name in ("han", "yoda"):
+            own = options.model_copy(update={"realm": name})
+            async with Module("asker", options=own) as asker:
+                await asker.wait_for(WhereReally, timeout=10)
+                assert (await asker.query(WhereReally())).space == "foyer"
+        running.cancel()
+
+
+async def test_a_recording_is_of_one_robot(tmp_path):
+    with pytest.raises(ConfigError, match="expected none with --robots"):
+        await run(record=tmp_path / "x.mcap", world=WorldFlags(robots="han,yoda"))
 
 
 @pytest.mark.parametrize("names", ["", "xavier,", "two words,yoda", "a/b"])

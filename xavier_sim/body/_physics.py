@@ -161,6 +161,7 @@ class Physics:
         for number, disc in discs.items():
             if number not in self._shapes:
                 self._make_disc(number, disc.radius)
+            self._shapes[number].unsafe_set_radius(disc.radius)
             self._posts[number].position = (disc.x, disc.y)
             self._space.add(self._shapes[number])
         self._discs = dict(discs)

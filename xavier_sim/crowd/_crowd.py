@@ -85,8 +85,6 @@ class Crowd:
             robots: where they are now.
             bumped: numbers of the people whom a robot has run into since the last step.
         """
-        if not self.discs:
-            return
         for number, person in enumerate(self.people):
             self._decide(number, person, tick, robots, number in bumped)
         for person in self.people:
