@@ -19,15 +19,16 @@ from pathlib import Path
 
 import numpy as np
 from simulators import SIMULATORS, Simulator
-from simulators.base import LIDAR_BEAMS, PERIOD, SONAR_RAYS, STRIPER_BEAMS, WALLS
+from simulators.base import BARE, FURNISHED, PERIOD, SONAR_RAYS, STRIPER_BEAMS
 from simulators.stack import measure_stack
 
 GROUPS = {
-    "lidar": f"World alone: {LIDAR_BEAMS} rays a tick with noise, robots told to drive circles",
+    "lidar": f"World alone: {len(BARE.walls)} walls, {BARE.beams} rays with noise, no controller",
+    "furnished": f"The same with {len(FURNISHED.walls)} walls and {FURNISHED.beams} rays",
     "loop": f"Whole loop: {SONAR_RAYS} + {STRIPER_BEAMS} rays a tick with noise, and a controller",
 }
 
-Times = dict[tuple[str, int], float]
+Times = dict[tuple[str, str, int], float]
 
 
 def measure(names: list[str], counts: list[int], rounds: int, seconds: float) -> Times:
@@ -37,20 +38,21 @@ def measure(names: list[str], counts: list[int], rounds: int, seconds: float) ->
         present = [SIMULATORS[name](count) for name in names if SIMULATORS[name].missing() is None]
         for one in present:
             _warm(one)
-        seen: dict[str, list[float]] = {one.title: [] for one in present}
+        seen: dict[tuple[str, str], list[float]] = {(one.group, one.title): [] for one in present}
         for _ in range(rounds):
             for one in present:
-                seen[one.title].append(_spell(one, seconds))
-        times.update({(title, count): statistics.median(all_) for title, all_ in seen.items()})
+                seen[one.group, one.title].append(_spell(one, seconds))
+        times.update({(*who, count): statistics.median(spent) for who, spent in seen.items()})
     return times
 
 
 def report(times: Times, names: list[str], counts: list[int]) -> str:
     """A table for each group, and what could not be measured."""
-    parts = [f"{len(WALLS)} walls, doors open."]
+    parts = list[str]()
     for group, heading in GROUPS.items():
-        titles = [SIMULATORS[name].title for name in names if SIMULATORS[name].group == group]
-        parts.append(f"**{heading}**\n\n{_table(times, titles, counts)}")
+        rows = {key[1:]: spent for key, spent in times.items() if key[0] == group}
+        if rows:
+            parts.append(f"**{heading}**\n\n{_table(rows, counts)}")
     missing = {SIMULATORS[name].missing() for name in names} - {None}
     parts += [f"Not measured: {why}." for why in sorted(map(str, missing))]
     return "\n\n".join(parts)
@@ -92,27 +94,18 @@ def _spell(one: Simulator, seconds: float) -> float:
     return 1000.0 * (time.process_time() - began) / ticks
 
 
-def _table(times: Times, titles: list[str], counts: list[int]) -> str:
-    head = [
-        "",
-        *(f"{count} robot{'s' * (count > 1)}: ms | x real time | ratio" for count in counts),
-    ]
-    lines = ["| " + " | ".join(head) + " |", "|---" * (1 + 3 * len(counts)) + "|"]
+def _table(rows: dict[tuple[str, int], float], counts: list[int]) -> str:
+    columns = (f"{count} robot{'s' * (count > 1)}: ms | x real time | ratio" for count in counts)
+    lines = ["| " + " | ".join(["", *columns]) + " |", "|---" * (1 + 3 * len(counts)) + "|"]
+    titles = list(dict.fromkeys(title for title, _ in rows))
     for title in titles:
-        if (title, counts[0]) not in times:
-            continue
         cells = [title]
         for count in counts:
-            cells += _cells(times, titles[0], title, count)
+            spent = rows[title, count]
+            ratio = spent / rows[titles[0], count]
+            cells += [f"{spent:.3g}", f"{1000.0 * PERIOD / spent:,.3g}", f"{ratio:.2f}"]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
-
-
-def _cells(times: Times, base: str, title: str, count: int) -> list[str]:
-    spent, ours = times.get((title, count)), times.get((base, count))
-    if spent is None or ours is None:
-        return ["", "", ""]
-    return [f"{spent:.3g}", f"{1000.0 * PERIOD / spent:.3g}", f"{spent / ours:.2f}"]
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ DOOR_SWING = 0.05
 ROOMY = 0.3
 """Metres that are left free round a robot that is put on the floor to begin with."""
 
-SPOTS = 400
+SPOTS = 10_000
 """Spots round the start that are tried for a robot."""
 
 COMPANY = 0.2

@@ -10,11 +10,45 @@ from typing import ClassVar
 import numpy as np
 
 from xavier_sim.floors import build_geometry, load_floor
+from xavier_sim.messages import Corner, FloorPlan, Space, SpaceKind
 from xavier_sim.profile import HARD, LIDAR, TICK
 
 PLAN = load_floor()
-WALLS = build_geometry(PLAN).walls
-"""The walls of the floor, shape (n, 4); its doors stand open."""
+BOX = 0.6
+"""Metres along a side of a piece of furniture."""
+
+
+def furnished(plan: FloorPlan) -> FloorPlan:
+    """The floor with three boxes in each room, in the corners farthest from its door."""
+    boxes: list[Space] = []
+    for space in plan.spaces:
+        if space.kind is not SpaceKind.ROOM or space.name not in plan.places:
+            continue
+        place, inset = plan.places[space.name], 0.1 + BOX / 2
+        corners = [
+            (x, y)
+            for x in (space.low.x + inset, space.high.x - inset)
+            for y in (space.low.y + inset, space.high.y - inset)
+        ]
+        corners.sort(key=lambda corner: -math.dist(corner, (place.x, place.y)))
+        boxes += [_box(f"{space.name}-{number}", *at) for number, at in enumerate(corners[:3])]
+    return plan.model_copy(update={"spaces": (*plan.spaces, *boxes)})
+
+
+def _box(name: str, x: float, y: float) -> Space:
+    low, high = Corner(x=x - BOX / 2, y=y - BOX / 2), Corner(x=x + BOX / 2, y=y + BOX / 2)
+    return Space(name=name, kind=SpaceKind.ROOM, low=low, high=high)
+
+
+class Setting:
+    """A floor and the beams of the lidar on it; ``walls`` has shape (n, 4), doors stand open."""
+
+    def __init__(self, plan: FloorPlan, beams: int) -> None:
+        self.plan, self.beams = plan, beams
+        self.walls = build_geometry(plan).walls
+
+
+BARE, FURNISHED = Setting(PLAN, LIDAR.beams), Setting(furnished(PLAN), 300)
 
 START = [(at.x, at.y) for _, at in sorted(PLAN.places.items())]
 """One room for each robot: where it begins."""
@@ -23,7 +57,7 @@ RADIUS = 0.305
 SPEED, TURN = 0.15, 0.6
 """What each robot is told to do where there is no controller: small circles."""
 
-LIDAR_BEAMS, LIDAR_RANGE, LIDAR_NOISE = LIDAR.beams, LIDAR.farthest, LIDAR.noise
+LIDAR_RANGE, LIDAR_NOISE = LIDAR.farthest, LIDAR.noise
 
 assert HARD.sonar is not None
 assert HARD.striper is not None
@@ -43,6 +77,7 @@ class Simulator(ABC):
     title: ClassVar[str]
     group: ClassVar[str]
     package: ClassVar[str | None] = None
+    setting: ClassVar[Setting] = BARE
 
     def __init__(self, robots: int) -> None:
         self.robots = robots

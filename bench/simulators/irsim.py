@@ -12,7 +12,8 @@ import numpy as np
 import yaml
 
 from simulators.base import (
-    LIDAR_BEAMS,
+    BARE,
+    FURNISHED,
     LIDAR_NOISE,
     LIDAR_RANGE,
     PERIOD,
@@ -25,7 +26,6 @@ from simulators.base import (
     STRIPER_RANGE,
     STRIPER_VIEW,
     TURN,
-    WALLS,
     Simulator,
 )
 
@@ -36,7 +36,7 @@ class IrSim(Simulator):
     """The world alone, with a lidar."""
 
     title, group, package = "IR-SIM", "lidar", "irsim"
-    eyes = ((LIDAR_RANGE, ROUND, LIDAR_BEAMS),)
+    eyes = ((LIDAR_RANGE, ROUND, BARE.beams),)
 
     def __init__(self, robots: int) -> None:
         super().__init__(robots)
@@ -50,7 +50,7 @@ class IrSim(Simulator):
         return np.asarray(self._env.robot_list[0].get_lidar_scan()["ranges"])
 
     def _document(self) -> dict[str, Any]:
-        low, high = WALLS.min(axis=0), WALLS.max(axis=0)
+        low, high = self.setting.walls.min(axis=0), self.setting.walls.max(axis=0)
         return {
             "world": {
                 "width": float(high[2] - low[0]) + 10.0,
@@ -63,7 +63,7 @@ class IrSim(Simulator):
             "robot": [self._robot(number) for number in range(self.robots)],
             "obstacle": [
                 {"shape": {"name": "linestring", "vertices": [[a, b], [c, d]]}, "state": [0, 0, 0]}
-                for a, b, c, d in WALLS.tolist()
+                for a, b, c, d in self.setting.walls.tolist()
             ],
         }
 
@@ -86,6 +86,13 @@ class IrSim(Simulator):
                 for reach, view, beams in self.eyes
             ],
         }
+
+
+class IrSimFurnished(IrSim):
+    """The same among furniture."""
+
+    group, setting = "furnished", FURNISHED
+    eyes = ((LIDAR_RANGE, ROUND, FURNISHED.beams),)
 
 
 class IrSimLoop(IrSim):

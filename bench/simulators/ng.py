@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from simulators.base import (
-    LIDAR_BEAMS,
+    FURNISHED,
     LIDAR_NOISE,
     LIDAR_RANGE,
     PERIOD,
@@ -21,7 +21,6 @@ from simulators.base import (
     STRIPER_RANGE,
     STRIPER_VIEW,
     TURN,
-    WALLS,
     Simulator,
 )
 
@@ -36,7 +35,7 @@ class Navground(Simulator):
         from navground import core, sim  # noqa: PLC0415 -- not always there
 
         self._core, self._sim, self._world = core, sim, sim.World()
-        for x0, y0, x1, y1 in WALLS:
+        for x0, y0, x1, y1 in self.setting.walls:
             self._world.add_wall(sim.Wall(core.LineSegment((x0, y0), (x1, y1))))
         self._eyes: list[tuple[Any, Any, Any]] = []
         for number in range(robots):
@@ -64,7 +63,7 @@ class Navground(Simulator):
         self._world.actuate(PERIOD)
 
     def _lidars(self) -> list[Any]:
-        return [self._lidar(LIDAR_RANGE, 2 * math.pi, LIDAR_BEAMS)]
+        return [self._lidar(LIDAR_RANGE, 2 * math.pi, self.setting.beams)]
 
     def _agent(self) -> Any:
         kinematics = self._core.kinematics.TwoWheelsDifferentialDriveKinematics(0.7, 0.5)
@@ -78,6 +77,12 @@ class Navground(Simulator):
             resolution=beams,
             error_std_dev=LIDAR_NOISE,
         )
+
+
+class NavgroundFurnished(Navground):
+    """The same among furniture."""
+
+    group, setting = "furnished", FURNISHED
 
 
 class NavgroundLoop(Navground):

@@ -7,18 +7,18 @@ import numpy as np
 from navigate.driving import Drive, Wheels
 from navigate.factory import make_navigator
 from navigate.navigator import Navigator
-from simulators.base import PLAN, SPEED, START, TURN, Simulator
+from simulators.base import FURNISHED, PLAN, SPEED, START, TURN, Simulator
 from xavier_sim.floors import survey_floor
-from xavier_sim.messages import Sensors
-from xavier_sim.profile import HARD, MODERN, TICK, RobotProfile
+from xavier_sim.messages import FloorPlan, Sensors
+from xavier_sim.profile import HARD, LIDAR, MODERN, TICK, RobotProfile
 from xavier_sim.robot import Reading
 from xavier_sim.world import World
 
 
-def world_of(robots: int, profile: RobotProfile) -> World:
+def world_of(robots: int, profile: RobotProfile, plan: FloorPlan = PLAN) -> World:
     """A world with each robot in a room of its own."""
     names = [f"x{number}" for number in range(robots)]
-    world = World(PLAN, 0, profile, robots=names, rays="auto")
+    world = World(plan, 0, profile, robots=names, rays="auto")
     for name, (x, y) in zip(names, START, strict=False):
         world.place_robot(x, y, 0.0, name)
     return world
@@ -31,7 +31,9 @@ class Ours(Simulator):
 
     def __init__(self, robots: int) -> None:
         super().__init__(robots)
-        self._world = world_of(robots, MODERN)
+        lidar = LIDAR.model_copy(update={"beams": self.setting.beams})
+        modern = MODERN.model_copy(update={"lidar": lidar})
+        self._world = world_of(robots, modern, self.setting.plan)
         self._commands = dict.fromkeys(self._world.robots, (SPEED, TURN))
 
     def tick(self) -> None:
@@ -39,6 +41,12 @@ class Ours(Simulator):
 
     def ranges(self) -> np.ndarray:
         return self._world.reading.lidar
+
+
+class OursFurnished(Ours):
+    """The same among furniture."""
+
+    group, setting = "furnished", FURNISHED
 
 
 class OursLoop(Simulator):

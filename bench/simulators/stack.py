@@ -14,6 +14,8 @@ from tca_bus import BusOptions, Module, TaskFailedError
 from tca_bus.launcher import Launcher
 from xavier_sim.messages import WhereReally
 
+PROCESSES = ("router", "central", "xavier", "speech", "navigate", "rogue")
+
 LONGEST = 1200.0
 """Simulated seconds that a drive may take."""
 
@@ -27,11 +29,12 @@ async def measure_stack(drives: int, folder: Path, *, seed: int = 1) -> str:
     specs = office_specs(OfficeOptions(data=folder, seed=seed, speed="max"), bus)
     chance = random.Random(seed)
     async with (
-        Launcher(specs, bus, log_dir=folder / "logs"),
+        Launcher(specs, bus, log_dir=folder / "logs") as launcher,
         Module(f"bench-{os.getpid()}", options=bus) as module,
     ):
         rooms = await module.query(Rooms())
         before, began, arrived = await module.query(WhereReally()), time.monotonic(), 0
+        spent = processor_seconds(launcher)
         for _ in range(drives):
             room = chance.choice(rooms)
             try:
@@ -41,8 +44,22 @@ async def measure_stack(drives: int, folder: Path, *, seed: int = 1) -> str:
             except TaskFailedError as error:
                 print(f"{room.room}: {error}")
         after, wall = await module.query(WhereReally()), time.monotonic() - began
+        costs = {name: now - spent[name] for name, now in processor_seconds(launcher).items()}
     simulated = after.time - before.time
     return (
         f"{arrived} of {drives} drives arrived, {after.metres - before.metres:.0f} m; "
-        f"{simulated:.0f} simulated seconds in {wall:.1f} s: {simulated / wall:.0f} x real time"
+        f"{simulated:.0f} simulated seconds in {wall:.1f} s: {simulated / wall:.0f} x real time; "
+        f"milliseconds of processor time for a simulated second: "
+        + ", ".join(f"{name} {1000 * cost / simulated:.1f}" for name, cost in costs.items())
     )
+
+
+def processor_seconds(launcher: Launcher) -> dict[str, float]:
+    """What each process has used so far; of one that is gone nothing."""
+    used = {}
+    for name in PROCESSES:
+        stat = Path(f"/proc/{launcher.pid(name)}/stat")
+        if stat.exists():
+            fields = stat.read_text().rpartition(")")[2].split()
+            used[name] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return used
