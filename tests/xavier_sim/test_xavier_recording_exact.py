@@ -8,6 +8,10 @@ import json
 import os
 import subprocess
 import sys
+from collections import Counter
+from importlib import import_module
+from pathlib import Path
+from xml.etree.ElementTree import fromstring
 
 import pytest
 from xavier_recordings import PLAN, TICKS, read, write
@@ -17,7 +21,14 @@ from tca_bus.testing import bus, eventually
 from xavier_sim.cli._recording import beginning_of
 from xavier_sim.messages import Drive, Fault, MoveDoor, Sensors, SonarFault
 from xavier_sim.profile import PROFILES
-from xavier_sim.recording import Recorder, RecordingReader, RetraceError, Tape, retrace
+from xavier_sim.recording import (
+    Recorder,
+    RecordingFileError,
+    RecordingReader,
+    RetraceError,
+    Tape,
+    retrace,
+)
 from xavier_sim.running import RobotModule, RobotState, SimClock, make_fault
 from xavier_sim.world import World
 
@@ -102,6 +113,34 @@ def test_another_command_gives_another_log(tmp_path):
         tape.finish(dropped=0)
     with pytest.raises(RetraceError, match=r"comes out otherwise here: \w+ at tick 5"):
         again(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"robots": {}}, "is of a world with 0 robots"),
+        ({"doors": None}, "begins with a world that cannot be restored here"),
+    ],
+)
+def test_a_world_that_cannot_be_restored_is_a_clear_error(tmp_path, change, says):
+    path, state = tmp_path / "other.mcap", make_state()
+    beginning = beginning_of(state)
+    world = {**beginning.world, **change}
+    with path.open("wb") as stream:
+        Tape(stream, beginning.model_copy(update={"world": world})).finish(dropped=0)
+    with pytest.raises(RecordingFileError, match=says):
+        again(path)
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_documents_comes_out_of_a_recording(monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "docs")
+    picture = fromstring(import_module("recording_picture").draw_recording())
+    styles = Counter(shape.get("class") for shape in picture.iter())
+    assert styles["cone"] > 30
+    assert styles["body"] == 3
+    assert styles["walls"] > 100
+    assert styles["truth"] == styles["reckoned"] == 2
 
 
 @pytest.mark.process

@@ -83,6 +83,8 @@ class Recorder:
             await asyncio.shield(asyncio.wrap_future(last))
         finally:
             self._thread.shutdown()
+        written = self._tape.written
+        log.info("recorded %d records in %s, %d dropped", written, self.path, self.dropped)
 
     async def sense(self, sensors: Sensors, truth: TrueLocation) -> None:
         """Record a tick; waits while too much is to be written.

@@ -58,9 +58,9 @@ def retrace(reader: RecordingReader, *, make_fault: MakeFault, rays: Rays = "aut
 
 
 def _world(beginning: Beginning, path: Path, rays: Rays) -> World:
-    robots = tuple(beginning.world["robots"])
-    if len(robots) > 1:
-        why = f"is of a world with {len(robots)} robots, and has the commands of one only"
+    robots = tuple(beginning.world.get("robots", ()))
+    if len(robots) != 1:
+        why = f"is of a world with {len(robots)} robots; it has the commands of one"
         raise RecordingFileError(path, why)
     world = World(
         beginning.floor,
@@ -71,7 +71,11 @@ def _world(beginning: Beginning, path: Path, rays: Rays) -> World:
         carts=beginning.carts,
         rays=rays,
     )
-    world.restore(beginning.world)
+    try:
+        world.restore(beginning.world)
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        why = f"begins with a world that cannot be restored here ({error!r})"
+        raise RecordingFileError(path, why) from error
     return world
 
 
