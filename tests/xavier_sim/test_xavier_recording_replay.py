@@ -228,12 +228,17 @@ class Wheels:
             self.commands.append(message)
 
 
-async def drive_to(room, robot, options):
-    """Let a fresh navigator drive a robot to a room; both end with the drive."""
+async def drive_to(room, plant, witness):
+    """Let a fresh navigator drive a robot to a room, on a bus of their own."""
     navigator = Navigator(Floor(load_plan()), seed=4)
-    service = NavigateService(navigator, options)
-    async with Module("asker", options=options) as asker, asyncio.TaskGroup() as group:
-        tasks = [group.create_task(one.run(), name="served") for one in (service, robot)]
+    async with (
+        bus(clock="sim") as options,
+        central(options),
+        Module("asker", options=options) as asker,
+        asyncio.TaskGroup() as group,
+    ):
+        served = (NavigateService(navigator, options), RobotModule(plant, None, options, witness))
+        tasks = [group.create_task(one.run(), name="served") for one in served]
         await asker.wait_for(NavigateToGoal, WhereReally, timeout=10)
         x, y = navigator.floor.place(room)
         task = await asker.expand(NavigateToGoal(x=100 * x, y=100 * y))
@@ -247,13 +252,11 @@ async def drive_to(room, robot, options):
 async def test_the_navigator_drives_a_recording_as_it_drove_the_world(tmp_path):
     path, wheels = tmp_path / "drive.mcap", Wheels()
     state = RobotState(World(PLAN, seed=1), SimClock(1000.0), speed=None)
-    async with bus(clock="sim") as options, central(options):
-        async with Recorder(path, beginning_of(state)) as recorder:
-            robot = RobotModule(state, None, options, recorder)
-            report = await drive_to("r-5301", robot, options)
-        with RecordingReader(path) as reader:
-            again = await RecordedRobot.open(reader, speed=None, goals=True)
-            replayed = await drive_to("r-5301", RobotModule(again, None, options, wheels), options)
+    async with Recorder(path, beginning_of(state)) as recorder:
+        report = await drive_to("r-5301", state, recorder)
+    with RecordingReader(path) as reader:
+        again = await RecordedRobot.open(reader, speed=None, goals=True)
+        replayed = await drive_to("r-5301", again, wheels)
     recorded = ticks(path)
     assert len(recorded) > 100
     assert report == replayed

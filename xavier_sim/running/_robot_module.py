@@ -117,7 +117,7 @@ class RobotModule:
             self._clean_demands(wall)
             may_tick = self._may_tick()
             if self._settled:
-                await self._tell_time(resting=not may_tick)
+                await self._tell_time(resting=self._state.is_over or not may_tick)
                 if self._may_tick():
                     return
             await self._repeat_sensors(wall)
