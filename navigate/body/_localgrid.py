@@ -80,8 +80,7 @@ class LocalGrid:
         ray_x = x[:, None, None] + cos[..., None] * _STEPS
         ray_y = y[:, None, None] + sin[..., None] * _STEPS
         for which, gain in ((heard, FREE), (~heard, FAINT)):
-            cells = passed & which[:, None, None]
-            cells = np.broadcast_to(cells, ray_x.shape)
+            cells = np.repeat(passed & which[:, None, None], len(_RAYS), axis=1)
             self._add(ray_x[cells], ray_y[cells], gain)
         near = ranges < REACH
         hit = ranges[near, None]
@@ -103,11 +102,9 @@ class LocalGrid:
         return np.asarray((corner + (found - corner) % SIDE + 0.5) * CELL)
 
     def _add(self, x: Floats, y: Floats, gain: float) -> None:
+        """Add evidence at points, once to each cell however many of them it holds."""
         columns, rows = self._cells(x, y)
-        flat = (columns % SIDE) * SIDE + rows % SIDE
-        touched = np.zeros(SIDE * SIDE, dtype=bool)
-        touched[flat] = True
-        self._evidence += gain * touched.reshape(SIDE, SIDE)
+        self._evidence[columns % SIDE, rows % SIDE] += gain
 
     @staticmethod
     def _cells(x: Floats, y: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

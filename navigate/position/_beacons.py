@@ -47,7 +47,7 @@ AGREES = 0.35
 REACH = 4.0
 """Metres within which walls are beacons, and beyond which a reading only says that none is."""
 
-TILE = 2.0
+TILE = 1.0
 """Metres along a side of the squares for which the walls around are kept."""
 
 _TANGENT = math.tan(CONE_HALF)
