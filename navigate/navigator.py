@@ -14,6 +14,7 @@ from navigate.body import (
     heard_ranges,
     motion_between,
     plausible,
+    seen_ranges,
     wrap,
 )
 from navigate.driving import (
@@ -93,7 +94,12 @@ class Navigator:
         still = motion.still()
         self._ranges = heard_ranges(sensors)
         self.localizer.move(motion)
-        self.localizer.sense(self._mapped(still=still), sensors.sonar_fresh, still=still)
+        self.localizer.sense(
+            self._mapped(still=still),
+            sensors.sonar_fresh,
+            still=still,
+            striper=seen_ranges(sensors),
+        )
         self._still_ticks = self._still_ticks + 1 if still else 0
         self._listen(sensors)
         self._search()

@@ -14,6 +14,7 @@ from navigate.body._sonarring import (
     fault_of,
     fresh_sonars,
     heard_ranges,
+    seen_ranges,
     wrap,
 )
 from navigate.body._virtual import (
@@ -59,6 +60,7 @@ __all__ = [
     "motion_between",
     "moved",
     "plausible",
+    "seen_ranges",
     "side_of_share",
     "wrap",
 ]

@@ -16,6 +16,13 @@ from numpy.typing import NDArray
 from navigate.body._odometry import Pose
 from navigate.body._sonarring import CONE_HALF, RING_RADIUS
 from navigate.maps import Floats
+from xavier_sim.messages import (
+    STRIPER_AHEAD,
+    STRIPER_BEAMS,
+    STRIPER_FARTHEST,
+    STRIPER_NEAREST,
+    STRIPER_VIEW,
+)
 
 CELL = 0.1
 """Metres along a side of a cell."""
@@ -36,6 +43,10 @@ MOST = 3.0
 SHORT_OF_ECHO = 0.25
 """Metres before an echo from which a cone's cells may be the thing itself."""
 
+BEAM_STEP = 3
+"""One of so many beams of the striper is entered: three degrees are a cell at 2 m."""
+
+_BEAMS: Floats = np.linspace(-STRIPER_VIEW / 2, STRIPER_VIEW / 2, STRIPER_BEAMS)
 _RAYS: Floats = np.array([-0.6, 0.0, 0.6]) * CONE_HALF
 _STEPS: Floats = np.arange(0.05, REACH, CELL)
 
@@ -86,6 +97,25 @@ class LocalGrid:
         hit = ranges[near, None]
         hit_x, hit_y = x[near, None] + cos[near] * hit, y[near, None] + sin[near] * hit
         self._add(hit_x.ravel(), hit_y.ravel(), OCCUPIED)
+        np.clip(self._evidence, -MOST, MOST, out=self._evidence)
+
+    def see(self, pose: Pose, beams: Floats) -> None:
+        """Enter the beams (31,) of the light striper of a robot at ``pose``; none if empty.
+
+        A beam is a line, so what it meets is where it ends, and what it passes is free.
+        """
+        if len(beams) != len(_BEAMS):
+            return
+        beams = beams[::BEAM_STEP]
+        look = pose[2] + _BEAMS[::BEAM_STEP]
+        cos, sin = np.cos(look)[:, None], np.sin(look)[:, None]
+        x = pose[0] + STRIPER_AHEAD * math.cos(pose[2])
+        y = pose[1] + STRIPER_AHEAD * math.sin(pose[2])
+        passed = ((beams - CELL)[:, None] > _STEPS) & (_STEPS > STRIPER_NEAREST)
+        self._add((x + cos * _STEPS)[passed], (y + sin * _STEPS)[passed], FREE)
+        near = beams < STRIPER_FARTHEST
+        met = beams[near, None]
+        self._add((x + cos[near] * met).ravel(), (y + sin[near] * met).ravel(), OCCUPIED)
         np.clip(self._evidence, -MOST, MOST, out=self._evidence)
 
     def evidence(self, x: Floats, y: Floats) -> Floats:

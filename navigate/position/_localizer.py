@@ -21,6 +21,10 @@ COARSE = 1.0
 """Metres along a side of the cells in which a belief is told."""
 
 
+NO_BEAMS: Floats = np.empty(0)
+"""What a robot without a light striper sees with it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Estimate:
     """A believed pose in the map frame, with standard deviations in metres and radians.
@@ -104,8 +108,12 @@ class Localizer(Freezable, Protocol):
     def move(self, motion: Motion) -> None:
         """Take in a motion as odometry reports it."""
 
-    def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
-        """Take in the fresh ones of 24 sonar ``ranges``, metres from the ring, inf for no echo."""
+    def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
+        """Take in the fresh ones of 24 sonar ``ranges``, metres from the ring, inf for no echo.
+
+        ``striper`` are the beams of a light striper, metres, inf where nothing is seen; empty on
+        a robot without one.
+        """
 
     def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
         """Take in a sight that is to be had within some metres of one of ``spots``.

@@ -16,7 +16,7 @@ import numpy as np
 
 from navigate.body import Motion, Pose, fresh_sonars, moved, wrap
 from navigate.maps import Floats, Floor, Point, inset
-from navigate.position._localizer import Belief, Estimate, in_cells
+from navigate.position._localizer import NO_BEAMS, Belief, Estimate, in_cells
 from navigate.position._sonar_model import SonarModel, agreeing, log_likelihood
 from xavier_sim.messages import Space
 
@@ -101,8 +101,9 @@ class ParticleFilter:
         x, y, theta = moved(self._estimate.pose, motion)
         self._estimate = replace(self._estimate, x=x, y=y, theta=theta)
 
-    def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
+    def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
         """Weigh the particles by the fresh ones of 24 ``ranges`` (metres from the ring)."""
+        del striper
         heard = np.array([i for i in fresh_sonars(fresh) if math.isfinite(ranges[i])], np.intp)
         if len(heard) == 0:
             self._estimate = self._average()

@@ -29,7 +29,7 @@ from navigate.body import (
 )
 from navigate.maps import Floats, Floor, Point
 from navigate.position._beacons import BeaconTracker
-from navigate.position._localizer import Belief, Estimate
+from navigate.position._localizer import NO_BEAMS, Belief, Estimate
 from navigate.position._markov_belief import MarkovBelief
 from navigate.position._policy import Choice, Picking, Policy
 from navigate.position._search import search
@@ -150,9 +150,10 @@ class PomdpLocalizer:
             self._weigh()
         self._grid.follow(*self._reports.pose[:2])
 
-    def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
-        """Enter the fresh ones of 24 ``ranges`` in the grid, and track by them."""
+    def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
+        """Enter what is fresh of ``ranges``, and the striper, in the grid; track by the sonars."""
         heard = np.array(fresh_sonars(fresh), dtype=np.intp)
+        self._grid.see(self._reports.pose, striper)
         self._grid.hear(self._reports.pose, BEARINGS[heard], ranges[heard])
         heard = heard[np.isfinite(ranges[heard])]
         if len(heard) == 0:

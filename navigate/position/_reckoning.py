@@ -10,7 +10,7 @@ import numpy as np
 
 from navigate.body import Motion, Pose, moved
 from navigate.maps import Floats, Floor, Point
-from navigate.position._localizer import Belief, Estimate
+from navigate.position._localizer import NO_BEAMS, Belief, Estimate
 from navigate.position._sonar_model import SonarModel
 
 METRE_DOUBT = 0.03
@@ -63,7 +63,7 @@ class DeadReckoning:
         growth = HEADING_DOUBT * math.sqrt(motion.metres)
         self._turn_deviation = math.hypot(self._turn_deviation, growth)
 
-    def sense(self, ranges: Floats, fresh: int, *, still: bool) -> None:
+    def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
         """Take no notice."""
 
     def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:

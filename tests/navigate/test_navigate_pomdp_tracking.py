@@ -13,10 +13,12 @@ from navigate_rings import ALL, TRUE, ring
 
 from navigate.body import BEARINGS, Motion, wrap
 from navigate.freezing import freeze, thaw
+from navigate.navigator import Navigator
 from navigate.position import Directive, PomdpLocalizer
 from navigate.position._beacons import BeaconTracker, _nearest
 from navigate.position._search import search
 from navigate.position._sonar_model import SonarModel
+from xavier_sim.messages import Sensors
 
 NORTH = math.pi / 2
 
@@ -160,3 +162,30 @@ def test_suspects_are_what_is_believed_and_what_is_near():
     far = poses[:, 1] > 50.0
     assert mass[far].sum() > 0.5
     assert (np.hypot(*(poses[~far, :2] - (7.57, 20.0)).T) <= 2.0).any()
+
+
+def test_a_verified_arrival_puts_all_belief_at_the_room():
+    navigator = Navigator(TRUE, localizer=PomdpLocalizer(TRUE, known=False))
+    x, y = TRUE.place("r-5303")
+    for tick in range(3):
+        navigator.step(standing(tick, ring(x, y, math.pi)))
+    assert navigator.localizer.lost
+    position = navigator.set_position("r-5303")
+    assert position.room == "r-5303"
+    assert position.confidence > 0.8
+    assert not navigator.localizer.lost
+
+
+def standing(tick, ranges):
+    return Sensors(
+        tick=tick,
+        time=0.1 * tick,
+        period=0.1,
+        lockstep=True,
+        sonar=ranges.astype(np.float32),
+        sonar_fresh=ALL,
+        odom=np.zeros(3, dtype=np.float32),
+        speed=0.0,
+        turn_rate=0.0,
+        bump=0,
+    )

@@ -60,6 +60,35 @@ def test_the_end_of_a_room_is_a_wall_ahead():
     assert look_front(grid, pose) == Front.WALL
 
 
+def test_the_striper_tells_free_floor_and_what_stands_before_it():
+    pose = (0.3, -0.4, 0.7)
+    grid = seen(pose, np.full(31, np.inf))
+    assert look_front(grid, pose) == Front.CLEAR
+    grid = seen(pose, np.full(31, 1.2))
+    assert look_front(grid, pose) == Front.WALL
+    assert grid.evidence(*at(pose, 1.45)) > 0.0
+    assert grid.evidence(*at(pose, 0.9)) < 0.0
+    assert grid.evidence(*at(pose, 2.0)) == 0.0
+
+
+def test_a_robot_without_a_striper_sees_nothing_with_it():
+    grid = LocalGrid()
+    grid.see((0.0, 0.0, 0.0), np.empty(0))
+    assert look_front(grid, (0.0, 0.0, 0.0)) is None
+
+
+def seen(pose, beams):
+    grid = LocalGrid()
+    for _ in range(3):
+        grid.see(pose, beams)
+    return grid
+
+
+def at(pose, ahead):
+    x, y, theta = pose
+    return np.array(x + ahead * math.cos(theta)), np.array(y + ahead * math.sin(theta))
+
+
 def test_what_was_not_heard_is_not_reported():
     grid = LocalGrid()
     assert look_front(grid, (0.0, 0.0, 0.0)) is None
