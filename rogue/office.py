@@ -23,12 +23,15 @@ class OfficeOptions:
     """What kind of office.
 
     ``map`` is a floor plan, by name or as a file, None for the built-in one; ``speed`` is
-    simulated seconds per second or ``max`` for lockstep; ``silence`` is the share of questions
-    that simulated people do not answer, ``epoch`` the simulated time at the start in ISO 8601,
-    both None for the simulator's own; ``data`` is the folder in which everything kept lies;
-    ``policy`` is the file that says who may do what, for a router with keys; ``directory`` is a
-    people directory, None for the built-in one, ``finger`` the address of a finger server,
-    ``level`` that of the planner's trace.
+    simulated seconds per second or ``max`` for lockstep; ``epoch`` is the simulated time at the
+    start in ISO 8601, ``battery`` the hours that a battery lasts; ``silence`` is the share of
+    questions that simulated people do not answer, ``silent_people`` that of people who never do,
+    ``away`` that of the time in which somebody is out, ``missing_items`` that of the items that
+    are not there, all None for the simulator's own; ``data`` is the folder in which everything
+    kept lies; ``policy`` is the file that says who may do what, for a router with keys;
+    ``directory`` is a people directory, None for the built-in one, ``finger`` the address of a
+    finger server, ``level`` that of the planner's trace, ``priority`` the place of a function
+    that ranks errands, ``tray`` how many items the tray holds, both None for the planner's own.
     """
 
     data: Path
@@ -37,31 +40,27 @@ class OfficeOptions:
     speed: str = "1"
     people: People = "auto"
     silence: float | None = None
+    silent_people: float | None = None
+    away: float | None = None
+    missing_items: float | None = None
     epoch: str | None = None
+    battery: float | None = None
     rules: Rules = Rules.WORKING
     log_level: str = "info"
     policy: Path | None = None
     directory: Path | None = None
     finger: str | None = None
     level: int = 2
+    priority: str | None = None
+    tray: int | None = None
 
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
     """The processes in the order in which they start; the robot's start side by side."""
-    map_flags = ["--map", options.map] if options.map else []
+    map_flags = _given(map=options.map)
     data = ["--data", str(options.data)]
-    world = [*map_flags, "--seed", str(options.seed), "--speed", options.speed, *data]
-    if options.epoch is not None:
-        world += ["--epoch", options.epoch]
-    speech = ["--people", options.people, "--seed", str(options.seed), *data]
-    if options.silence is not None:
-        speech += ["--silence", str(options.silence)]
-    guard = ["--policy", str(options.policy.absolute())] if options.policy is not None else []
-    agent = ["--rules", options.rules.value, "--level", str(options.level), *data]
-    if options.directory is not None:
-        agent += ["--directory", str(options.directory.absolute())]
-    if options.finger is not None:
-        agent += ["--finger", options.finger]
+    seed = ["--seed", str(options.seed)]
+    guard = _given(policy=options.policy and options.policy.absolute())
 
     def module(
         name: str, package: str, command: str, flags: Sequence[str], *, terminal: bool = False
@@ -72,11 +71,48 @@ def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
     return [
         _spec("router", _argv("tca_bus", "router", guard, options), RouterListening(bus)),
         module("central", "tca_bus", "central", data),
-        module("xavier", "xavier_sim", "run", world),
-        module("speech", "xavier_sim", "speech", speech, terminal=options.people == "keyboard"),
+        module("xavier", "xavier_sim", "run", [*map_flags, *seed, *_robot(options), *data]),
+        module(
+            *("speech", "xavier_sim", "speech", [*seed, *_people(options), *data]),
+            terminal=options.people == "keyboard",
+        ),
         module("navigate", "navigate", "run", [*map_flags, *data]),
-        module("rogue", "rogue", "agent", agent),
+        module("rogue", "rogue", "agent", [*_planner(options), *data]),
     ]
+
+
+def _robot(options: OfficeOptions) -> list[str]:
+    return _given(speed=options.speed, epoch=options.epoch, battery=options.battery)
+
+
+def _people(options: OfficeOptions) -> list[str]:
+    return _given(
+        people=options.people,
+        silence=options.silence,
+        silent_people=options.silent_people,
+        away=options.away,
+        missing_items=options.missing_items,
+    )
+
+
+def _planner(options: OfficeOptions) -> list[str]:
+    return _given(
+        rules=options.rules.value,
+        level=options.level,
+        directory=options.directory and options.directory.absolute(),
+        finger=options.finger,
+        priority=options.priority,
+        tray=options.tray,
+    )
+
+
+def _given(**values: object) -> list[str]:
+    """The flags of what is not None."""
+    words = []
+    for name, value in values.items():
+        if value is not None:
+            words += [f"--{name.replace('_', '-')}", str(value)]
+    return words
 
 
 def _argv(package: str, command: str, flags: Sequence[str], options: OfficeOptions) -> list[str]:

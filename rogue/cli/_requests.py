@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import uuid
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from rogue.cli._client import NotAcceptedError, ask, on_bus
@@ -25,6 +26,8 @@ from rogue.times import show_deadline, show_time
 from tca_bus import Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 
+ERRAND_GROUP = Group("Errand", sort_key=10)
+
 COLUMNS = ("id", "user", "item", "from", "to", "state", "rank", "posted", "deadline", "reason")
 
 SOURCES = {
@@ -36,19 +39,49 @@ SOURCES = {
 """Where what was filled in came from, in words."""
 
 
+@Parameter(name="*", group=ERRAND_GROUP)
+@dataclass(frozen=True, kw_only=True)
+class ErrandFlags:
+    """What errand it is."""
+
+    user: str
+    """For whom."""
+    from_: Annotated[str | None, Parameter(name="--from")] = None
+    """Room where it is; if not given, the usual one, or you are asked."""
+    to: str | None = None
+    """Room where it shall be."""
+    deadline: str | None = None
+    """ISO 8601, HH:MM, or from now on: +30m, 1h. One hour if not given."""
+    why: str | None = None
+    """What it is for, in your words."""
+    again: Annotated[bool, Parameter(negative="")] = False
+    """Have an errand done once more that is open already."""
+    anyway: Annotated[bool, Parameter(negative="")] = False
+    """Have an errand tried that is not expected to be done by its deadline."""
+    id: Annotated[str | None, Parameter(name="--id")] = None
+    """Name of the request; posting one name twice makes one request."""
+
+    def message(self, item: str) -> PostRequest:
+        """The request for it."""
+        return PostRequest(
+            id=self.id or uuid.uuid4().hex[:8],
+            user=self.user,
+            item=item,
+            pickup=self.from_,
+            deliver=self.to,
+            deadline=self.deadline,
+            why=self.why,
+            again=self.again,
+            anyway=self.anyway,
+        )
+
+
 async def request(
     item: str,
     /,
     *,
-    user: str,
-    from_: Annotated[str | None, Parameter(name="--from")] = None,
-    to: str | None = None,
-    deadline: str | None = None,
-    why: str | None = None,
+    errand: ErrandFlags,
     wait: Annotated[bool, Parameter(negative="")] = False,
-    again: Annotated[bool, Parameter(negative="")] = False,
-    anyway: Annotated[bool, Parameter(negative="")] = False,
-    id: Annotated[str | None, Parameter(name="--id")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> int:
     """Ask the robot for an errand.
@@ -57,39 +90,14 @@ async def request(
     ----------
     item
         What to carry: delivermail, pickupcoffee, ...
-    user
-        For whom.
-    from_
-        Room where it is; if not given, the usual one, or you are asked.
-    to
-        Room where it shall be.
-    deadline
-        ISO 8601, HH:MM, or from now on: +30m, 1h. One hour if not given.
-    why
-        What it is for, in your words.
+    errand
+        What errand it is.
     wait
         Wait for the end: exit code 0 completed, 1 failed, 6 canceled.
-    again
-        Have an errand done once more that is open already.
-    anyway
-        Have an errand tried that is not expected to be done by its deadline.
-    id
-        Name of the request; posting one name twice makes one request.
     """
-    message = PostRequest(
-        id=id or uuid.uuid4().hex[:8],
-        user=user,
-        item=item,
-        pickup=from_,
-        deliver=to,
-        deadline=deadline,
-        why=why,
-        again=again,
-        anyway=anyway,
-    )
     async with on_bus(flags) as module:
         try:
-            posted = await post(module, message)
+            posted = await post(module, errand.message(item))
         except NotAcceptedError as error:
             if flags.json:
                 emit_json(_refused(error), line=True)

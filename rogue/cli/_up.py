@@ -9,10 +9,11 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from rogue.cli._flags import PEOPLE, PLANNER, PeopleFlags, PlannerFlags
 from rogue.cli._folders import default_folder, make_folder
 from rogue.cli._guard import guarded, office_policy
-from rogue.office import OfficeOptions, People, office_specs
-from rogue.planning import RuleName, Rules
+from rogue.office import OfficeOptions, office_specs
+from rogue.planning import Rules
 from rogue.requests import finger_server
 from tca_bus import BusOptions, ConfigError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, note
@@ -24,15 +25,14 @@ async def up(
     map: str | None = None,  # noqa: A002 - as the flag is named
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     speed: str = "1",
-    people: People = "auto",
-    silence: Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))] = None,
+    battery: Annotated[
+        float | None, Parameter(env_var="XAVIER_BATTERY", validator=Number(gt=0))
+    ] = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
-    rules: RuleName = "working",
-    level: Annotated[int, Parameter(validator=Number(gte=2, lte=3))] = 2,
-    directory: Path | None = None,
-    finger: str | None = None,
     secure: Annotated[bool, Parameter(negative="")] = False,
     policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
+    planner: PlannerFlags = PLANNER,
+    people: PeopleFlags = PEOPLE,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the whole office: router, central, robot, speech, navigator and planner.
@@ -45,27 +45,22 @@ async def up(
         Of everything random in the simulated world, 0 or more.
     speed
         Simulated seconds per second, or max for as fast as the machine can.
-    people
-        auto: simulated people answer the robot; keyboard: you do, in this terminal.
-    silence
-        Share of the questions that simulated people do not answer, 0 to 1.
+    battery
+        Hours that a full battery lasts standing; it needs no charging if not given.
     data
         Folder in which everything kept lies; the user's state folder if not given.
-    rules
-        Control rules of the planner.
-    level
-        What the planner tells in the conversation: 2 its nodes, 3 also the rules that decided.
-    directory
-        YAML file with people, items and services instead of the built-in one.
-    finger
-        HOST or HOST:PORT of a finger server, asked for people and rooms that no directory has.
     secure
         Encrypt, let in only who has keys, and only to what the policy allows. Keys are made in
         the folder "keys" of --data, or of --keys, and the router listens on tls.
     policy
         Policy file that says who may do what; with --secure the office's own if not given.
+    planner
+        What planner it is.
+    people
+        Who is in the office.
     """
     check_speed(speed)
+    planner.metric()
     bus = bus_options(flags).model_copy(update={"clock": "sim"})
     folder = make_folder(data or default_folder(flags.realm))
     if secure:
@@ -76,15 +71,25 @@ async def up(
         map=map,
         seed=seed,
         speed=speed,
-        people=people,
-        silence=silence,
-        rules=Rules(rules),
-        level=level,
+        battery=battery,
         log_level=flags.level,
         policy=policy,
-        directory=directory,
-        finger=str(finger_server(finger)) if finger else None,
+        people=people.people,
+        silence=people.silence,
+        silent_people=people.silent_people,
+        away=people.away,
+        missing_items=people.missing_items,
+        rules=Rules(planner.rules),
+        level=planner.level,
+        directory=planner.directory,
+        finger=str(finger_server(planner.finger)) if planner.finger else None,
+        priority=planner.priority,
+        tray=planner.tray,
     )
+    await _open(options, bus)
+
+
+async def _open(options: OfficeOptions, bus: BusOptions) -> None:
     async with Launcher(office_specs(options, bus), bus, console=sys.stderr) as launcher:
         note(f"The office is open on {bus.connect}; everything is kept in {options.data}.")
         note(f"In another terminal: rogue request delivermail --user mitchell --wait{_where(bus)}")

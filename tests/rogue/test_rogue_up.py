@@ -7,7 +7,9 @@ import asyncio
 import pytest
 from command_line import run_command
 
-from rogue.cli import app
+from rogue.cli import _up, app
+from tca_bus import ConfigError
+from xavier_sim.cli import app as xavier
 
 
 @pytest.mark.parametrize(
@@ -30,3 +32,42 @@ async def test_what_cannot_be_is_told_before_anything_starts(words: tuple[str, .
     assert (ran.code, ran.out) == (2, "")
     assert ran.err.startswith("error: ")
     assert words[1] in ran.err
+
+
+RANK = "def by_age(claim, now):\n    return now - claim.posted\n"
+
+
+async def test_what_it_is_told_reaches_the_processes(tmp_path, monkeypatch):
+    specs = []
+
+    def launcher(wanted, bus, *, console):
+        specs.extend(wanted)
+        raise ConfigError("office", "seen", "no more")
+
+    monkeypatch.setattr(_up, "Launcher", launcher)
+    (tmp_path / "rank.py").write_text(RANK)
+    rank = f"{tmp_path / 'rank.py'}:by_age"
+    words = ["up", "--tray", "3", "--priority", rank, "--rules", "1998", "--level", "3"]
+    words += ["--silent-people", "0.1", "--away", "0.2", "--missing-items", "0.3"]
+    words += ["--battery", "4", "--seed", "5", "--speed", "max", "--data", str(tmp_path)]
+    assert "office is 'seen'" in (await run_command(app, *words)).err
+    agent = arguments(specs, "rogue", app)
+    assert (agent["planner"].tray, agent["planner"].priority) == (3, rank)
+    assert (agent["planner"].rules, agent["planner"].level) == ("1998", 3)
+    people = arguments(specs, "speech", xavier)
+    assert (people["silent_people"], people["away"], people["missing_items"]) == (0.1, 0.2, 0.3)
+    robot = arguments(specs, "xavier", xavier)
+    assert (robot["world"].battery, robot["world"].seed, robot["speed"]) == (4.0, 5, "max")
+
+
+async def test_a_priority_that_is_none_is_told_before_anything_starts(tmp_path):
+    ran = await run_command(app, "up", "--priority", "nowhere:none", "--data", str(tmp_path))
+    assert ran.code == 2
+    assert "--priority is 'nowhere:none', expected MODULE:NAME" in ran.err
+
+
+def arguments(specs, name, app):
+    """What the command of a process is called with, as it reads its own words."""
+    (spec,) = [spec for spec in specs if spec.name == name]
+    _, bound, _ = app.parse_args(list(spec.argv[3:]), exit_on_error=False, print_error=False)
+    return bound.arguments

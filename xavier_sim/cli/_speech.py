@@ -22,9 +22,9 @@ async def speech(
     people: Literal["auto", "keyboard"] = "auto",
     seed: int = 0,
     silence: Share = 0.05,
-    silent_people: Share = 0.0,
-    away: Share = 0.0,
-    missing_items: Share = 0.0,
+    silent_people: Annotated[Share, Parameter(env_var="XAVIER_SILENT_PEOPLE")] = 0.0,
+    away: Annotated[Share, Parameter(env_var="XAVIER_AWAY")] = 0.0,
+    missing_items: Annotated[Share, Parameter(env_var="XAVIER_MISSING_ITEMS")] = 0.0,
     data: Data = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:

@@ -38,7 +38,7 @@ class WorldFlags:
     """Seed of all noise and of all that people do in the corridors, 0 or more."""
     profile: ProfileName = "xavier"
     """The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar."""
-    battery: float | None = None
+    battery: Annotated[float | None, Parameter(env_var="XAVIER_BATTERY")] = None
     """Hours that a full battery lasts standing, or half of them driving; it needs no charging
     when not given."""
     robots: str | None = None
