@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -12,6 +12,7 @@ from xavier_sim.messages import (
     LIDAR_FARTHEST,
     LIDAR_VIEW,
     SONAR_CONE,
+    SONAR_COUNT,
     SONAR_FARTHEST,
     SONAR_NEAREST,
     SONAR_RING_RADIUS,
@@ -33,6 +34,9 @@ STEPS_PER_TICK = 5
 
 XAVIER_CRUISE = 0.5
 """Metres per second at which a driving robot needs twice the current of a standing one."""
+
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class BaseProfile(BaseModel):
@@ -91,25 +95,34 @@ class SonarProfile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    ring_radius: float = SONAR_RING_RADIUS
-    cone: float = SONAR_CONE
-    rays: int = 5
-    nearest: float = SONAR_NEAREST
-    farthest: float = SONAR_FARTHEST
-    noise: float = 0.015
-    noise_share: float = 0.01
+    ring_radius: float = Field(default=SONAR_RING_RADIUS, ge=0.0, le=0.4)
+    cone: float = Field(default=SONAR_CONE, gt=0.0, le=math.pi)
+    rays: int = Field(default=5, ge=1, le=201)
+    nearest: float = Field(default=SONAR_NEAREST, ge=0.0)
+    farthest: float = Field(default=SONAR_FARTHEST, gt=0.0, le=100.0)
+    noise: float = Field(default=0.015, ge=0.0)
+    noise_share: float = Field(default=0.01, ge=0.0)
     specular_from: float = math.radians(55.0)
     """Incidence from which echoes begin to be lost."""
     specular_to: float = math.radians(75.0)
     """Incidence from which nearly all are."""
-    specular_loss: float = 0.9
+    specular_loss: Share = 0.9
     specular_whole: bool = False
     """Whether the rays of a cone are lost together, as on a smooth wall, not one by one."""
-    outliers: float = 0.01
-    crosstalk: float = 0.0
+    outliers: Share = 0.01
+    crosstalk: Share = 0.0
     """Share of the pings of a neighbour, fired at the same time, that a sonar takes for its own."""
-    phases: int = 4
+    phases: int = Field(default=4, ge=1, le=SONAR_COUNT)
     """One of so many parts of the ring fires at each tick."""
+
+    @model_validator(mode="after")
+    def _loses_more_from_farther_askew(self) -> Self:
+        if not self.specular_from < self.specular_to:
+            raise ValueError(
+                f"specular_to: expected more than specular_from, {self.specular_from:g}, "
+                f"got {self.specular_to:g}"
+            )
+        return self
 
 
 class LaserProfile(BaseModel):
@@ -128,12 +141,12 @@ class LaserProfile(BaseModel):
     """Metres from the robot's centre to the laser."""
     nearest: float = Field(default=STRIPER_NEAREST, ge=0.0)
     """What is nearer is not seen."""
-    farthest: float = Field(default=STRIPER_FARTHEST, gt=0.0)
+    farthest: float = Field(default=STRIPER_FARTHEST, gt=0.0, le=100.0)
     noise: float = Field(default=0.003, ge=0.0)
     noise_square: float = Field(default=0.005, ge=0.0)
     """Metres of error per square metre of range."""
-    dropouts: float = Field(default=0.02, ge=0.0, le=1.0)
-    dropout_growth: float = Field(default=0.08, ge=0.0, le=1.0)
+    dropouts: Share = 0.02
+    dropout_growth: Share = 0.08
     """Share of the beams that are lost on top of that at the farthest range."""
     most_askance: float = math.radians(80.0)
     """Incidence beyond which too little light comes back."""

@@ -106,6 +106,21 @@ def test_senses_do_not_depend_on_the_caster(name):
     assert logs[0] == logs[1]
 
 
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"phases": 0}, "phases"),
+        ({"rays": 0}, "rays"),
+        ({"crosstalk": 1.5}, "crosstalk"),
+        ({"farthest": math.inf}, "farthest"),
+        ({"specular_from": 1.0, "specular_to": 1.0}, "specular_to: expected more than"),
+    ],
+)
+def test_sonars_that_cannot_be_are_refused(fields, says):
+    with pytest.raises(ValidationError, match=says):
+        SonarProfile(**fields)
+
+
 def test_a_robot_needs_something_that_looks_round():
     with pytest.raises(ValidationError, match="expected sonars where there is no lidar"):
         RobotProfile(sonar=None)
