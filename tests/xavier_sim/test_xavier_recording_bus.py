@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import signal
 import sys
 
 import pytest
@@ -127,8 +128,9 @@ async def test_what_others_say_is_recorded(tmp_path):
 
 
 @pytest.mark.process
-async def test_a_robot_killed_by_force_leaves_a_readable_beginning(tmp_path):
-    path = tmp_path / "killed.mcap"
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+async def test_a_robot_that_is_stopped_leaves_all_and_one_that_is_killed_a_beginning(tmp_path, end):
+    path = tmp_path / "ended.mcap"
     async with bus() as options, Module("navigate", options=options) as driver:
         ticks = []
 
@@ -145,10 +147,10 @@ async def test_a_robot_killed_by_force_leaves_a_readable_beginning(tmp_path):
         try:
             await eventually(lambda: path.exists() and path.stat().st_size > 20_000)
         finally:
-            robot.kill()
+            robot.send_signal(end)
             await robot.wait()
     reader, sensed = messages_of(path, Sensors)
-    assert not reader.is_finished
+    assert reader.is_finished == (end == signal.SIGTERM)
     assert len(sensed) > 10
     assert [sensors.tick for sensors in sensed] == list(range(len(sensed)))
     assert sensed[-1].tick <= ticks[-1]

@@ -260,6 +260,7 @@ async def test_the_navigator_drives_a_recording_as_it_drove_the_world(tmp_path):
     recorded = ticks(path)
     assert len(recorded) > 100
     assert report == replayed
+    assert len(wheels.sensed) == len(recorded)
     assert all(map(same, wheels.sensed, [tick.sensors for tick in recorded]))
     assert wheels.commands == [tick.command for tick in recorded if tick.command]
 
