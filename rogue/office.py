@@ -31,7 +31,8 @@ class OfficeOptions:
     kept lies; ``policy`` is the file that says who may do what, for a router with keys;
     ``directory`` is a people directory, None for the built-in one, ``finger`` the address of a
     finger server, ``level`` that of the planner's trace, ``priority`` the place of a function
-    that ranks errands, ``tray`` how many items the tray holds, both None for the planner's own.
+    that ranks errands, ``tray`` how many items the tray holds, ``later`` the minutes after which
+    the robot comes back to where it was in vain, all None for the planner's own.
     """
 
     data: Path
@@ -53,6 +54,7 @@ class OfficeOptions:
     level: int = 2
     priority: str | None = None
     tray: int | None = None
+    later: float | None = None
 
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
@@ -103,6 +105,7 @@ def _planner(options: OfficeOptions) -> list[str]:
         finger=options.finger,
         priority=options.priority,
         tray=options.tray,
+        later=options.later,
     )
 
 

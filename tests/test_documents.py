@@ -42,6 +42,8 @@ def test_a_shown_command_is_understood(command):
     tool, *tokens = shlex.split(command)
     app = importlib.import_module(APPS[tool]).app
     app.parse_args(tokens, exit_on_error=False, print_error=False)
+    names, _, _ = app.parse_commands(tokens)
+    assert names
 
 
 def test_shown_scripts_exist():

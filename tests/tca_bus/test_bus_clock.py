@@ -39,8 +39,10 @@ async def test_sleepers_wake_in_the_order_of_their_times():
 
 async def test_a_time_that_has_passed_is_no_wait():
     clock = ManualClock(10.0)
-    await clock.sleep_until(9.0)
-    await clock.watch_until(10.0)
+    for wait in (clock.sleep_until(9.0), clock.watch_until(10.0)):
+        async with asyncio.timeout(5.0):
+            await wait
+    assert clock.now() == 10.0
 
 
 async def test_a_timeout_is_on_the_clock():

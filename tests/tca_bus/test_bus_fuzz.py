@@ -24,7 +24,7 @@ from tca_bus import (
     TcaError,
     Variable,
 )
-from tca_bus._envelope import read_envelope
+from tca_bus._envelope import Envelope, read_envelope
 from tca_bus._faults import decode_error
 from tca_bus._frames import decode_frame, decode_frame_plain
 from tca_bus._keys import Keys, parse_presence, parse_query, parse_sender, parse_task
@@ -112,24 +112,24 @@ def test_a_payload_is_a_message_or_invalid(data, encoding):
 @settings(deadline=None)
 @given(mutated() | st.binary(max_size=200))
 def test_a_frame_or_an_attachment_is_one_or_invalid(data):
-    for read in (
-        lambda: decode_frame(data, "x"),
-        lambda: decode_frame_plain(data, "x"),
-        lambda: read_envelope(data),
+    for read, kind in (
+        (lambda: decode_frame(data, "x"), dict),
+        (lambda: decode_frame_plain(data, "x"), dict),
+        (lambda: read_envelope(data), Envelope),
     ):
         with contextlib.suppress(InvalidMessageError):
-            read()
+            assert isinstance(read(), kind)
 
 
 @settings(deadline=None)
 @given(st.lists(st.sampled_from(["", "a", "*", "**", "1", "-", "+x", ",", "held", "x,y"])))
 def test_a_key_is_read_or_is_a_value_error(chunks):
     key = "/".join(chunks)
-    parse_sender(key)
-    parse_task(key)
+    assert parse_sender(key) == (chunks[-1] if chunks else "")
+    assert set(parse_task(key)) <= {*chunks, "*"}
     for parse in (parse_query, parse_presence):
         with contextlib.suppress(ValueError):
-            parse(key)
+            assert parse(key) is not None
 
 
 VALID = [

@@ -75,7 +75,9 @@ def test_what_is_named_is_there(name):
 
 @pytest.mark.parametrize("command", [name for name in OURS if name.startswith("tca ")])
 def test_commands_are_understood(command):
-    app.parse_args(shlex.split(command)[1:], exit_on_error=False, print_error=False)
+    _, *words = shlex.split(command)
+    app.parse_args(words, exit_on_error=False, print_error=False)
+    assert app.parse_commands(words)[0][0] == words[0]
 
 
 def test_central_serves_what_the_table_says():

@@ -107,7 +107,7 @@ STATEMENTS = st.one_of(
 @given(STATEMENTS, st.sets(st.sampled_from(sorted(LETTERS))), st.floats(0, 4e9))
 def test_every_line_is_in_the_grammar(statement, letters, time):
     for line in lines_of(statement, time, Letters(frozenset(letters))):
-        parse(line)
+        assert parse(line) is not None
 
 
 @settings(deadline=None, max_examples=60)
