@@ -66,7 +66,7 @@ class Recorder:
         except BaseException:
             self._thread.shutdown()
             raise
-        self._timer = self._loop.call_later(FLUSH_SECONDS, self._tick)
+        self._timer = self._loop.call_later(FLUSH_SECONDS, self._flush)
         return self
 
     async def __aexit__(self, *_: object) -> None:
@@ -136,9 +136,10 @@ class Recorder:
         if len(self._waiting) >= BATCH:
             self._submit()
 
-    def _tick(self) -> None:
-        self._timer = self._loop.call_later(FLUSH_SECONDS, self._tick)
-        self._submit()
+    def _flush(self) -> None:
+        self._timer = self._loop.call_later(FLUSH_SECONDS, self._flush)
+        if self._waiting:
+            self._submit()
 
     def _submit(self) -> None:
         """Hand what waits to the thread, unless it is still at work or has failed."""
