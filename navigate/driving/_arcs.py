@@ -30,7 +30,8 @@ MOST_CIRCLES = 32
 SLIT = 1e-6
 """Width of an interval of curvatures that nobody can drive through."""
 
-_ALWAYS: Floats = np.array([-SHARPEST, 0.0, SHARPEST])
+_ALWAYS: Floats = np.array([-SHARPEST, -4, -2, -1, -0.5, 0, 0.5, 1, 2, 4, SHARPEST])
+"""Bounds of intervals where no circle has one, so that on each of them arcs are much alike."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,21 +67,26 @@ def blocked_curvatures(x: Floats, y: Floats, radius: float) -> tuple[Floats, Flo
     return low, high
 
 
-def shortest_arcs(x: Floats, y: Floats, radius: float) -> Floats:
-    """Metres that any arc has to run, at the least, until it enters each circle; shape (n,).
+def shortest_arcs(x: Floats, y: Floats, radius: float) -> tuple[Floats, Floats]:
+    """How far arcs run, at the least, until they enter circles.
 
     An arc to a point in direction phi at distance rho is rho phi / sin(phi) long, which grows
-    with both. The paper takes the shorter of the two tangents; what lies on the robot's way is
-    met before those touch, by as much as the radius where it is straight ahead.
+    with both; one of curvature c turns by 2 phi on the way. The paper takes the shorter of the
+    two tangents; what lies on the robot's way is met before those touch, by as much as the
+    radius where it is straight ahead.
 
     Circles that hold the robot already block only ways that lead further in: those ahead.
+
+    Returns:
+        Metres that any arc runs to each circle, and radians that it turns, at the least; (n,).
     """
     away = np.sqrt(x * x + y * y)
     outside = away > radius
     aside = np.abs(np.arctan2(y, x)) - np.arcsin(np.minimum(radius / (away + 1e-9), 1.0))
     aside = np.minimum(np.maximum(aside, 1e-6), NEARLY_BEHIND)
     reach = (away - radius) * aside / np.sin(aside)
-    return np.where(outside, reach, np.where(x > 0.5 * radius, 0.0, FAR))
+    reach = np.where(outside, reach, np.where(x > 0.5 * radius, 0.0, FAR))
+    return reach, np.where(outside, 2.0 * aside, 0.0)
 
 
 def free_spans(x: Floats, y: Floats, radius: float, *, within: float = FAR) -> Spans:
@@ -89,7 +95,7 @@ def free_spans(x: Floats, y: Floats, radius: float, *, within: float = FAR) -> S
     Circles that no arc meets ``within`` so many metres are left out, and so are all but the
     `MOST_CIRCLES` that are met first.
     """
-    reach = shortest_arcs(x, y, radius)
+    reach, turn = shortest_arcs(x, y, radius)
     near = np.flatnonzero(reach < within)
     if len(near) > MOST_CIRCLES:
         near = near[np.argpartition(reach[near], MOST_CIRCLES)[:MOST_CIRCLES]]
@@ -100,5 +106,7 @@ def free_spans(x: Floats, y: Floats, radius: float, *, within: float = FAR) -> S
     wide = (bounds[1:] - bounds[:-1]) > SLIT
     right, left = bounds[:-1][wide], bounds[1:][wide]
     middle = (0.5 * (left + right))[:, None]
-    met = np.where((middle > low) & (middle < high), reach[near], FAR)
+    sharpest = np.maximum(np.abs(left), np.abs(right))[:, None]
+    length = np.maximum(reach[near], turn[near] / sharpest)
+    met = np.where((middle > low) & (middle < high), length, FAR)
     return Spans(right, left, met.min(axis=1, initial=FAR))

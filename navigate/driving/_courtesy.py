@@ -35,8 +35,8 @@ WAIT_AT = 0.9
 WAIT_SECONDS, WAIT_FOR_WALKERS = 3.0, 8.0
 """How long the robot waits for what stands, and for what still moves."""
 
-PASSING_SPEED = 0.25
-PASSING_WITHIN = 1.2
+PASSING_SPEED = 0.3
+PASSING_WITHIN = 1.1
 """Metres from the robot's centre within which somebody is passed slowly."""
 
 LET_GO = 0.5
@@ -65,8 +65,9 @@ class Courtesy:
             return 0.0
         for one, x, y in met:
             if x > 0.0 and abs(y) < ROBOT_RADIUS + SOCIAL and not one.stands(view.time):
-                top = min(top, approach_speed(x - ROBOT_RADIUS - KEEP_OFF))
-            if one.certain and x > -ROBOT_RADIUS and math.hypot(x, y) < PASSING_WITHIN:
+                walking = WALKING if one.certain else 0.0
+                top = min(top, approach_speed(x - ROBOT_RADIUS - KEEP_OFF, walking))
+            if one.certain and x > 0.0 and math.hypot(x, y) < PASSING_WITHIN:
                 top = min(top, PASSING_SPEED)
         return top
 

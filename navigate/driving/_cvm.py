@@ -35,7 +35,7 @@ SPEED_WEIGHT, FREE_WEIGHT, HEADING_WEIGHT = 0.3, 0.8, 1.0
 LOOK_AHEAD = 0.9
 """Seconds over which a turn rate changes the heading that is judged."""
 
-TOP_SPEED = 0.6
+TOP_SPEED = 0.65
 """Metres per second."""
 
 TOP_TURN = 0.9

@@ -21,7 +21,7 @@ DOOR_PATIENCE = 40.0
 BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
 
-APPROACH_SPEED, CREEP_SPEED = 0.3, 0.2
+APPROACH_SPEED, CREEP_SPEED = 0.35, 0.22
 OPEN_DEPTH = 0.35
 """Metres behind the line that must be seen free for the door to count as open."""
 

@@ -29,6 +29,7 @@ from navigate.driving._view import (
     WayBlocked,
     Wheels,
 )
+from navigate.driving._wander import find_oneself
 from navigate.maps import Floats, Passage, Point, frame
 from navigate.messages import NavigationFailure
 from navigate.routes import (
@@ -51,7 +52,6 @@ PROGRESS = 0.2
 BUMP_PAUSE = 0.5
 """Seconds for which one contact counts as one bump."""
 
-SEARCH_SECONDS = 30.0
 REPLAN_SECONDS = 5.0
 """How often the robot looks on its way whether another one is better."""
 
@@ -136,6 +136,8 @@ class Driver:
         left = remaining(view.at, drive.steps)
         if left < drive.nearest - PROGRESS:
             drive.nearest, drive.nearest_at = left, view.time
+        if view.lost:
+            drive.nearest_at = view.time
         if view.time - drive.nearest_at > NO_PROGRESS_SECONDS:
             drive.nearest_at = view.time
             return Stuck(NO_PROGRESS_SECONDS)
@@ -214,7 +216,7 @@ class Driver:
 
     def _way(self, step: Step, start: Point) -> Way:
         floor = self._planner.floor
-        mouths = [mouth.centre for mouth in floor.passages if step.space in mouth.spaces]
+        mouths = [mouth.jambs for mouth in floor.passages if step.space in mouth.spaces]
         return way_through(floor.spaces[step.space], start, step.to, mouths)
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
@@ -248,7 +250,7 @@ class Driver:
             if not self._has_way_round(drive, view):
                 return (yield from give_way(view, trouble.at))
         elif isinstance(trouble, Astray):
-            view = yield from _look_round(view)
+            view = yield from find_oneself(view)
             self._memory.forget_since(drive.began)
             return view
         elif isinstance(trouble, Stuck):
@@ -270,23 +272,6 @@ def _go(view: View, way: Way, drive: Drive, *, behind_door: bool) -> Manoeuvre[V
 def _check(view: View) -> None:
     if view.lost:
         raise Astray
-
-
-def _look_round(view: View) -> Manoeuvre[View]:
-    """Turn and stand in turn until the position is found again.
-
-    Raises:
-        GoalFailedError: it was not, for `SEARCH_SECONDS`.
-    """
-    until = view.time + SEARCH_SECONDS
-    while view.lost:
-        if view.time > until:
-            text = f"{Astray()}, wherever it looks"
-            raise GoalFailedError(NavigationFailure.LOST, text, by_trouble=True)
-        view = yield from wait(view, 1.5)
-        if view.lost:
-            view = yield from turn_by(view, 0.7)
-    return view
 
 
 def _lined_up(view: View, steps: list[Step]) -> bool:

@@ -57,7 +57,7 @@ MOUTH_AHEAD, MOUTH_BEHIND = 1.0, 0.3
 class Way:
     """A straight way through a space, and how far to its right and left the floor reaches.
 
-    ``mouths`` are the doors and openings of the space: metres along the way and to its left.
+    ``mouths`` are the ends of its doors and openings: metres along the way and to its left.
     """
 
     space: Space
@@ -84,14 +84,16 @@ class Way:
         return dx * cos + dy * sin, dy * cos - dx * sin
 
 
-def way_through(space: Space, start: Point, goal: Point, mouths: Iterable[Point] = ()) -> Way:
+def way_through(
+    space: Space, start: Point, goal: Point, mouths: Iterable[tuple[Point, Point]] = ()
+) -> Way:
     """The way between two points of a space, with lanes as far as the space is wide there.
 
     Args:
         space: what both points lie in.
         start: metres, like ``goal``.
         goal: where to.
-        mouths: the middles of the doors and openings of the space.
+        mouths: the two ends of each door and opening of the space.
     """
     way = Way(space, start, goal)
     if way.length < 0.5:
@@ -105,7 +107,7 @@ def way_through(space: Space, start: Point, goal: Point, mouths: Iterable[Point]
         way,
         lowest=-max(0.0, reach[0]),
         highest=max(0.0, reach[1]),
-        mouths=tuple(way.locate(mouth) for mouth in mouths),
+        mouths=tuple(way.locate(end) for mouth in mouths for end in mouth),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from navigate.body import NEAREST, RING_RADIUS, ROBOT_RADIUS
+from navigate.body import BEARINGS, NEAREST, RING_RADIUS, ROBOT_RADIUS
 from navigate.driving._view import STOP, View, Wheels
 from xavier_sim.messages import SONAR_COUNT, Sensors
 
@@ -15,6 +15,12 @@ KEEP_OFF = 0.06
 """Metres to keep from what is ahead, at any speed."""
 
 NARROW_KEEP_OFF = 0.02
+
+GENTLE = 0.1
+"""Metres per second at which the robot may touch somebody."""
+
+TOUCHING = NEAREST + 0.03
+"""A reading below this may come from what is as near as can be."""
 
 REAR = SONAR_COUNT // 2
 """The sonar that looks straight back."""
@@ -30,9 +36,11 @@ def guard(wheels: Wheels, view: View) -> Wheels:
     if wheels.speed == 0.0:
         return wheels
     room = _room_on(view, narrow=wheels.narrow, backward=wheels.speed < 0.0)
-    if wheels.speed**2 <= 2.0 * BRAKES * max(0.0, room):
-        return wheels
-    return Wheels(0.0, wheels.turn, wheels.narrow)
+    if wheels.speed**2 > 2.0 * BRAKES * max(0.0, room):
+        return Wheels(0.0, wheels.turn, wheels.narrow)
+    if not wheels.narrow and _is_touching(view, backward=wheels.speed < 0.0):
+        return wheels._replace(speed=max(-GENTLE, min(GENTLE, wheels.speed)))
+    return wheels
 
 
 def must_stop(wheels: Wheels, sensors: Sensors) -> bool:
@@ -56,6 +64,16 @@ def _room_on(view: View, *, narrow: bool, backward: bool) -> float:
     lane = (ahead > 0.0) & (np.abs(left) < ROBOT_RADIUS)
     nearest = float(ahead[lane].min(initial=np.inf))
     return _room(nearest - RING_RADIUS, KEEP_OFF)
+
+
+def _is_touching(view: View, *, backward: bool) -> bool:
+    """Whether something on the side that the robot drives to may touch it at any moment."""
+    near = view.ranges[_BACK if backward else _FRONT] < TOUCHING
+    return bool(near.any())
+
+
+_FRONT = np.flatnonzero(np.cos(BEARINGS) > 0.2)
+_BACK = np.flatnonzero(np.cos(BEARINGS) < -0.2)
 
 
 def _room(reading: float, keep: float) -> float:

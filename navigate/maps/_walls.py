@@ -59,6 +59,12 @@ class Passage:
         (x, y), (nx, ny), half = self.centre, self.normal, self.width / 2
         return (x - ny * half, y + nx * half, x + ny * half, y - nx * half)
 
+    @property
+    def jambs(self) -> tuple[Point, Point]:
+        """The two ends of that line."""
+        x0, y0, x1, y1 = self.segment()
+        return (x0, y0), (x1, y1)
+
 
 def edges(space: Space) -> tuple[Edge, Edge, Edge, Edge]:
     """The four sides of a space."""

@@ -102,8 +102,10 @@ def test_the_speed_leaves_room_to_stop_for_who_comes(room, walking):
 
 def test_past_a_door_right_beside_it_the_robot_slows_down():
     hall = Corridor()
-    way = way_through(hall.space, (0.0, 0.6), (15.0, 0.6), [(5.0, 1.2), (9.0, -1.2)])
+    doors = [((4.55, 1.2), (5.45, 1.2)), ((8.55, -1.2), (9.45, -1.2)), ((12.0, -0.6), (12.0, 1.8))]
+    way = way_through(hall.space, (0.0, 0.6), (15.0, 0.6), doors)
     assert past_mouths(way, 4.5, 0.0, 0.6) == MOUTH_SPEED
     assert past_mouths(way, 4.5, -0.4, 0.6) == 0.6
     assert past_mouths(way, 8.5, 0.0, 0.6) == 0.6
     assert past_mouths(way, 7.0, 0.0, 0.6) == 0.6
+    assert past_mouths(way, 11.5, 0.0, 0.6) == 0.6
