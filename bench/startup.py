@@ -13,7 +13,6 @@ import asyncio
 import dataclasses
 import os
 import resource
-import socket
 import subprocess
 import sys
 import tempfile
@@ -22,7 +21,7 @@ from pathlib import Path
 
 from rogue.office import OfficeOptions, office_specs
 from tca_bus import BusOptions
-from tca_bus.launcher import Launcher, Ready
+from tca_bus.launcher import Launcher, Ready, free_port
 
 TICKS = os.sysconf("SC_CLK_TCK")
 NOBODY = "tcp/127.0.0.1:1"
@@ -70,9 +69,7 @@ class Metered:
 
 async def open_office() -> dict[str, float]:
     """Processor milliseconds of each process of an office until it is ready."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        bus = BusOptions(connect=f"tcp/127.0.0.1:{probe.getsockname()[1]}")
+    bus = BusOptions(connect=f"tcp/127.0.0.1:{free_port()}")
     meters = {}
     with tempfile.TemporaryDirectory() as data:
         specs = []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import TextIO
 
 from rogue.office import OfficeOptions, office_specs
 from tca_bus import BusOptions, Module
-from tca_bus.launcher import Launcher
+from tca_bus.launcher import Launcher, free_port
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +35,10 @@ async def stage(
     Raises:
         TcaError: a process does not start.
     """
-    bus = BusOptions(connect=f"tcp/127.0.0.1:{_free_port()}", realm=realm, clock="sim")
+    bus = BusOptions(connect=f"tcp/127.0.0.1:{free_port()}", realm=realm, clock="sim")
     specs = office_specs(options, bus)
     async with (
         Launcher(specs, bus, console=console, log_dir=options.data / "logs") as launcher,
         Module(f"rogue-{os.getpid()}", options=bus) as module,
     ):
         yield Stage(launcher, module)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -3,12 +3,14 @@
 from tca_bus.launcher._errors import (
     GaveUpError,
     LauncherError,
+    NoPortError,
     PortInUseError,
     StartFailedError,
     WrongUseError,
 )
 from tca_bus.launcher._keys import provide_keys
 from tca_bus.launcher._office import Launcher
+from tca_bus.launcher._ports import free_port
 from tca_bus.launcher._ready import ModulePresent, Ready, RouterListening
 from tca_bus.launcher._restart import RestartPolicy
 from tca_bus.launcher._spec import ProcessSpec
@@ -18,6 +20,7 @@ __all__ = [
     "Launcher",
     "LauncherError",
     "ModulePresent",
+    "NoPortError",
     "PortInUseError",
     "ProcessSpec",
     "Ready",
@@ -25,5 +28,6 @@ __all__ = [
     "RouterListening",
     "StartFailedError",
     "WrongUseError",
+    "free_port",
     "provide_keys",
 ]

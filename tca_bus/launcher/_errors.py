@@ -60,6 +60,14 @@ class PortInUseError(LauncherError):
         )
 
 
+class NoPortError(LauncherError):
+    """Every port that was tried is taken."""
+
+    def __init__(self, host: str, tries: int) -> None:
+        self.host, self.tries = host, tries
+        super().__init__(f"{tries} ports of {host} that were tried are taken")
+
+
 def describe_exit(code: int) -> str:
     """Say how a process ended; ``code`` is negative for a signal, as in `subprocess`."""
     if code >= 0:

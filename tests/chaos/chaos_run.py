@@ -14,7 +14,6 @@ import asyncio
 import os
 import secrets
 import signal
-import socket
 import sys
 import tempfile
 import time
@@ -42,7 +41,14 @@ from tca_bus import (
     TimedOutError,
 )
 from tca_bus._protocol import FindTask, ReadLog
-from tca_bus.launcher import Launcher, ModulePresent, ProcessSpec, RestartPolicy, RouterListening
+from tca_bus.launcher import (
+    Launcher,
+    ModulePresent,
+    ProcessSpec,
+    RestartPolicy,
+    RouterListening,
+    free_port,
+)
 from tca_bus.testing import eventually
 
 CREW = Path(__file__).with_name("chaos_crew.py")
@@ -200,9 +206,7 @@ async def _told(handle: TaskHandle) -> Told:
 
 def free_endpoint() -> str:
     """A loopback endpoint that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return f"tcp/127.0.0.1:{free_port()}"
 
 
 @asynccontextmanager

@@ -6,7 +6,6 @@ import asyncio
 import json
 import os
 import signal
-import socket
 import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -17,7 +16,7 @@ from rogue.cli._trace import followed
 from rogue.messages import TraceLine
 from rogue.office import OfficeOptions, office_specs
 from tca_bus import BusOptions, Module
-from tca_bus.launcher import Launcher
+from tca_bus.launcher import Launcher, free_port
 from xavier_sim.messages import ItemMoved
 
 EPOCH = "1996-03-04T09:00:00"
@@ -126,10 +125,3 @@ async def _read(running: Office) -> None:
 async def _collect(moved: AsyncIterator[ItemMoved], running: Office) -> None:
     async for one in moved:
         running.moved.append(one)
-
-
-def free_port() -> int:
-    """A port that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from office_kit import free_port
+
+from tca_bus.launcher import free_port
 
 pytestmark = [pytest.mark.scenario, pytest.mark.process, pytest.mark.timeout(120)]
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import io
 import os
+import random
 import signal
+import socket
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -16,12 +18,15 @@ from tca_bus import BusOptions, TimedOutError
 from tca_bus.launcher import (
     GaveUpError,
     Launcher,
+    NoPortError,
     PortInUseError,
     ProcessSpec,
     RestartPolicy,
     RouterListening,
     StartFailedError,
+    free_port,
 )
+from tca_bus.launcher._ports import HIGHEST, LOWEST
 
 pytestmark = pytest.mark.process
 
@@ -316,3 +321,14 @@ async def test_ctrl_c_reaches_the_launcher_only(loop):
         with suppress(ProcessLookupError):
             launcher.kill()
         await launcher.wait()
+
+
+def test_a_free_port_is_none_at_which_somebody_listens(monkeypatch):
+    port = free_port()
+    assert LOWEST <= port <= HIGHEST
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", port))
+        taken.listen()
+        monkeypatch.setattr(random, "randint", lambda low, high: port)
+        with pytest.raises(NoPortError, match="that were tried are taken"):
+            free_port()

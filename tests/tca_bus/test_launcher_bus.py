@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import sys
 
 import pytest
@@ -17,6 +16,7 @@ from tca_bus.launcher import (
     RestartPolicy,
     RouterListening,
     StartFailedError,
+    free_port,
 )
 from tca_bus.testing import eventually
 
@@ -50,10 +50,7 @@ HASTY = RestartPolicy(first_delay=0.01)
 
 @pytest.fixture
 def options():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    return BusOptions(connect=f"tcp/127.0.0.1:{port}", realm="launched")
+    return BusOptions(connect=f"tcp/127.0.0.1:{free_port()}", realm="launched")
 
 
 def router(options):
