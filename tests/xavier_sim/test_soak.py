@@ -192,7 +192,7 @@ def test_each_kind_of_fault_is_done_when_it_is_due(kind):
     before = faults_of(world)
     mishaps = Mishaps(kind, 1)
     mishaps.begin(world)
-    world.tick = 36_000 if kind == "kidnap" else 6_000
+    world.tick = 12_000 if kind == "kidnap" else 6_000
     mishaps.tend(world)
     assert faults_of(world) != before
     done = faults_of(world)

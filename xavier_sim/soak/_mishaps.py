@@ -54,7 +54,7 @@ def _kidnapped(random: Random, world: World) -> AnyFault:
 
 
 AGAIN: dict[str, tuple[float, Callable[[Random, World], AnyFault]]] = {
-    "kidnap": (3600.0, _kidnapped),
+    "kidnap": (1200.0, _kidnapped),
     "slip": (600.0, _slipped),
 }
 """Faults that come again after so many simulated seconds."""
