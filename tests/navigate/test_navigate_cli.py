@@ -8,27 +8,28 @@ import sys
 from xml.etree import ElementTree as ET
 
 import pytest
+from command_line import run_command
 from navigate_office import office
 
+from navigate.cli import app
 from navigate.messages import Outlook, ShowOutlook
 from xavier_sim.messages import MoveDoor, ShowWorld, WhereReally
 
 pytestmark = [pytest.mark.bus, pytest.mark.process]
 
 
-def started(*arguments, command="where"):
+def started(*arguments):
     return asyncio.create_subprocess_exec(
         sys.executable,
-        *("-m", "navigate", command, *arguments),
+        *("-m", "navigate", "where", *arguments),
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )
 
 
-async def ran(*arguments):
-    process = await started(*arguments)
-    out, err = await process.communicate()
-    return process.returncode, out.decode(), err.decode()
+async def ran(*arguments, command="where"):
+    done = await run_command(app, command, *arguments)
+    return done.code, done.out, done.err
 
 
 async def first_lines(number, *arguments):
@@ -48,15 +49,14 @@ async def test_where_draws_and_watches(tmp_path):
         outlook = await asker.query(ShowOutlook())
         assert world.robot == await asker.query(WhereReally())
         assert {door.room for door in world.doors if not door.open} == {"r-5303"}
-        once, wrong, told, shown, drawn = await asyncio.gather(
-            ran("--svg", str(drawing), *flags),
-            ran("--svg", str(tmp_path / "none" / "robot.svg"), *flags),
+        once = await ran("--svg", str(drawing), *flags)
+        wrong = await ran("--svg", str(tmp_path / "none" / "robot.svg"), *flags)
+        told, shown, drawn = await asyncio.gather(
             first_lines(2, "--watch", "--json", *flags),
             first_lines(40, "--watch", *flags),
             first_lines(1, "--watch", "--json", "--svg", str(live), *flags),
         )
-        stopped = await started("--json", *flags, command="stop")
-        position = json.loads((await stopped.communicate())[0])
+        position = json.loads((await ran("--json", *flags, command="stop"))[1])
     assert position["x"] == outlook.belief.position.x
     assert once[0] == 0, once[2]
     assert f"drawn in {drawing}" in once[2]
