@@ -50,8 +50,11 @@ SUPPORT = 1.6
 CONTRADICTED = 0.3
 """What is left for the chance to be anywhere, at each report, while readings contradict."""
 
-STATES = 1200
+STATES = 400
 """Likely states among which a lost robot looks for a pose that fits."""
+
+COVERED = 0.6
+"""Belief that must lie in these states for what fits in one of them to say anything."""
 
 ASTRAY = 0.3
 """What a lost robot leaves for the chance to be in any cell around, whatever it believed."""
@@ -189,6 +192,8 @@ class PomdpLocalizer:
         middles, mass = self.markov.suspects(
             self._tracker.pose[:2], within=radius, astray=ASTRAY, most=STATES
         )
+        if mass.sum() < COVERED:
+            return False
         middles[:, 2] += self._reports.turned
         found = search(self._sonar, middles, mass, ranges)
         if found is None or found.share < FOUND_SHARE:
