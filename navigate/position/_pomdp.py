@@ -42,7 +42,10 @@ LOST_AGREEMENT = 0.5
 FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
 LOST_MASS = 0.02
-"""Mass of belief near the tracked pose below which it is not to be driven on."""
+"""Mass of belief near the tracked pose below which another place may be believed in."""
+
+RIVAL_MASS = 0.5
+"""Mass near another pose from which that is."""
 
 SUPPORT = 1.6
 """Metres from the tracked pose within which cells speak for it: it may lie between two."""
@@ -75,7 +78,7 @@ class PomdpLocalizer:
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
-        "agreement", "markov", "_tracker", "_reports", "_grid", "_support",
+        "agreement", "markov", "_tracker", "_reports", "_grid", "_support", "_rivalled",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, known: bool = True) -> None:
@@ -84,7 +87,7 @@ class PomdpLocalizer:
         self._tracker = BeaconTracker(floor)
         self._reports = MotionReports()
         self._grid = LocalGrid()
-        self.agreement, self._support = 1.0, 1.0
+        self.agreement, self._support, self._rivalled = 1.0, 1.0, False
         start = floor.plan.start
         self.place((start.x, start.y, floor.plan.start_heading))
         if not known:
@@ -102,7 +105,7 @@ class PomdpLocalizer:
     def lost(self) -> bool:
         """Whether readings contradict the tracked pose, or belief has left it."""
         wide = self.estimate.deviation > LOST_DEVIATION
-        return wide or self.agreement < LOST_AGREEMENT or self._support < LOST_MASS
+        return wide or self.agreement < LOST_AGREEMENT or self._rivalled
 
     @property
     def entropy(self) -> float:
@@ -229,3 +232,9 @@ class PomdpLocalizer:
         """How much of the belief speaks for the tracked pose."""
         x, y, theta = self._tracker.pose
         self._support = self.markov.mass((x, y), within=SUPPORT, heading=theta)
+        self._rivalled = self._support < LOST_MASS and self._rival() > RIVAL_MASS
+
+    def _rival(self) -> float:
+        """How much of the belief speaks for the most likely state."""
+        x, y, theta = self.markov.likely()
+        return self.markov.mass((x, y), within=SUPPORT, heading=theta)
