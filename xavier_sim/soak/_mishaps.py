@@ -47,8 +47,10 @@ def _slipped(random: Random, _world: World) -> AnyFault:
 
 
 def _kidnapped(random: Random, world: World) -> AnyFault:
-    """The robot in another room, looking anywhere."""
-    rooms = sorted(world.plan.places)
+    """The robot in a room whose door stands open, looking anywhere."""
+    doors = world.doors()
+    rooms = [room for room in sorted(world.plan.places) if doors.get(room, True)]
+    rooms = rooms or sorted(world.plan.places)
     room = rooms[int(random.integers(len(rooms)))]
     return Kidnap(room=room, theta=float(random.uniform(-math.pi, math.pi)))
 
