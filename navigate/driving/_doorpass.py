@@ -21,7 +21,7 @@ DOOR_PATIENCE = 40.0
 BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
 
-APPROACH_SPEED, CREEP_SPEED = 0.35, 0.22
+APPROACH_SPEED, CREEP_SPEED = 0.32, 0.2
 OPEN_DEPTH = 0.35
 """Metres behind the line that must be seen free for the door to count as open."""
 
@@ -66,6 +66,8 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
             return view
         if frame.locate(view.odom)[0] > COMMITTED + 0.1:
             log.get_stuck(door.name)
+        # Jambs that were mistaken for others have led astray.
+        frame = DoorFrame(door, sign, view)
         view = yield from _retreat(view, frame, aside=ASIDE * (1.0 - 2.0 * (attempt % 2)))
     raise DoorMissed(door.name)
 
