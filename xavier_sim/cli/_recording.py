@@ -53,7 +53,7 @@ def verify(
     file: Path,
     /,
     *,
-    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "auto",
+    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "numpy",
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Simulate a recording again, and compare each sensor reading bit for bit.

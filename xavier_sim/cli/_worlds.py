@@ -48,9 +48,9 @@ class WorldFlags:
     """How many people walk the corridors and stand about in them."""
     carts: Count = 0
     """How many carts stand in the corridors, now here, now there."""
-    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "auto"
-    """What casts the rays of the sensors: numba, the extra "fast", is quicker and the same; auto
-    takes it where it is installed."""
+    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "numpy"
+    """What casts the rays of the sensors: numba, the extra "fast", takes a while to start, then is
+    quicker, and the same; auto takes it where it is installed."""
 
     @property
     def names(self) -> tuple[str, ...]:
