@@ -22,7 +22,7 @@ def make_app(name: str, *, help: str) -> App:  # noqa: A002 - named as the libra
     return App(
         name=name,
         help=help,
-        help_format="plaintext",
+        help_format="markdown",
         version=_version,
         error_formatter=_format_error,
         result_action="return_value",

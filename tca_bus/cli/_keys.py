@@ -27,7 +27,7 @@ Hosts = Annotated[list[str] | None, Parameter(name="--host", negative="")]
 
 keys_app = App(
     name="keys",
-    help_format="plaintext",
+    help_format="markdown",
 )
 
 

@@ -29,7 +29,7 @@ from xavier_sim.messages import (
 fault = App(
     name="fault",
     help="Let something go wrong with the robot at once, show what is wrong, or mend it.",
-    help_format="plaintext",
+    help_format="markdown",
 )
 
 
