@@ -265,6 +265,8 @@ class Agent:
         for request in self._book.open_requests():
             if request.closing is None and request.deadline <= now:
                 reason = f"its deadline, {show_time(request.deadline)}, passed before it was done"
+                if (hold := self._world.waits(request)) is not None:
+                    reason += f": {hold.reason}"
                 await self._book.give_up(request.id, RequestState.FAILED, reason)
 
     async def _rooms(self, patience: float = 5.0) -> dict[str, tuple[float, float]]:

@@ -248,7 +248,7 @@ def _unwanted(room: str | None = None) -> StepOutcome:
 
 def _lines(verdict: Verdict) -> list[str]:
     """What the conversation says of what was decided."""
-    said = [f"{hold.request} is put off: {hold.reason}." for hold in verdict.holds]
+    said = [f"{hold.request} is put off: {hold.outlook}." for hold in verdict.holds]
     said += [
         f"{request.id} goes on: from {request.pickup} to {request.destination}."
         for request in verdict.moved

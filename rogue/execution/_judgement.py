@@ -13,7 +13,6 @@ from rogue.execution._patience import Patience
 from rogue.memory import Facts, Hold, PastStep, Step
 from rogue.messages import DeliveryRequest
 from rogue.outcomes import StepOutcome, Trouble
-from rogue.times import show_time
 
 PASSING = frozenset({Trouble.NOBODY, Trouble.BLOCKED, Trouble.UNSURE})
 """Troubles that time may cure."""
@@ -113,7 +112,7 @@ def _may_wait(case: Case, request: DeliveryRequest, times: int, patience: Patien
 
 def _hold(case: Case, request: DeliveryRequest, patience: Patience) -> Hold:
     until = case.now + patience.later
-    reason = f"{case.outcome.reason}; trying again after {show_time(until)}"
+    reason = case.outcome.reason or "it could not be done"
     trouble = case.outcome.trouble or Trouble.BLOCKED
     return Hold(request.id, room_of(case.step), until, reason, trouble)
 

@@ -69,9 +69,8 @@ def _shared(goal: str) -> str:
 
 
 def put_off(words: str, until: float | None, reason: str) -> str:
-    """Return that something waits; a reason that says until when is not told twice."""
-    is_told = until is None or show_time(until) in reason
-    when = "" if is_told or until is None else f" until {show_time(until)}"
+    """Return that something waits, until when if that is known, and why."""
+    when = "" if until is None else f" until {show_time(until)}"
     return f"{words}{when}: {plain(reason)}."
 
 

@@ -9,17 +9,26 @@ import aiosqlite
 
 from rogue.memory._database import Database
 from rogue.outcomes import Trouble
+from rogue.times import show_time
 
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """An errand that waits until a time, in seconds since the epoch, for what ails ``room``."""
+    """An errand that waits until a time, in seconds since the epoch, for what ails ``room``.
+
+    ``reason`` is what the matter is.
+    """
 
     request: str
     room: str
     until: float
     reason: str
     trouble: Trouble
+
+    @property
+    def outlook(self) -> str:
+        """What the matter is, and when it is tried again."""
+        return f"{self.reason}; trying again after {show_time(self.until)}"
 
 
 class KeptHolds:

@@ -15,7 +15,6 @@ from rogue.monitors._needed import Kind, subject_of
 from rogue.monitors._registry import Watcher
 from rogue.outcomes import Thing, Trouble
 from rogue.requests import RequestBook
-from rogue.times import show_time
 from tca_bus import Module, TaskState, TcaError
 from xavier_sim.messages import (
     Ask,
@@ -78,7 +77,7 @@ class DoorWatcher(Watcher):
         async with self._reviewing:
             holds = list(self._at_closed_doors())
             await self._world.put_off(holds)
-            await self._tell([f"{hold.request} is put off: {hold.reason}." for hold in holds])
+            await self._tell([f"{hold.request} is put off: {hold.outlook}." for hold in holds])
 
     def _at_closed_doors(self) -> Iterator[Hold]:
         until = self._module.clock.now() + self._patience.later
@@ -86,7 +85,9 @@ class DoorWatcher(Watcher):
         for request in self._book.open_requests():
             room = next_room(request, facts.tray)
             if room in shut and not self._world.was_put_off(request.id, room, Trouble.BLOCKED):
-                yield Hold(request.id, room, until, _closed(room, until), Trouble.BLOCKED)
+                yield Hold(
+                    request.id, room, until, f"the door of {room} is closed", Trouble.BLOCKED
+                )
 
     async def _opened(self, room: str) -> None:
         self._shut.discard(room)
@@ -188,7 +189,3 @@ class BatteryWatcher(Watcher):
             left = f"The battery is low ({battery.charge:.0%})."
             await self._conversation.tell(trace.remark(left))
         self._warned = battery.low
-
-
-def _closed(room: str, until: float) -> str:
-    return f"the door of {room} is closed; trying again after {show_time(until)}"

@@ -26,6 +26,7 @@ from rogue.outcomes import Outcome
 from rogue.requests import load_directory
 from rogue.trace import LISTENING
 from tca_bus.testing import eventually
+from xavier_sim.messages import DoorState, WorldDoors
 
 POST = PostRequest(id="a", user="mitchell", item="delivermail")
 
@@ -101,6 +102,22 @@ async def test_at_its_deadline_a_request_has_failed(tmp_path, monkeypatch):
         assert failed.reason is not None
         assert failed.reason.startswith("its deadline, ")
         await eventually(lambda: robot.killed, what="the drive to be broken off")
+
+
+async def test_a_deadline_that_passes_at_a_closed_door_names_the_door(tmp_path, monkeypatch):
+    async with running(tmp_path, ScriptedRobot(), monkeypatch) as module:
+        module.answers[WorldDoors] = [DoorState(room="r-5303", open=False)]
+        await module.ask(POST.model_copy(update={"deadline": "+5min"}))
+        await reaches(module, "queued")
+
+        async def is_put_off() -> bool:
+            return "a is put off" in "".join(line.text for line in await module.ask(ReadTrace()))
+
+        await eventually(is_put_off)
+        await module.clock.advance(301.0)
+        failed = await reaches(module, "failed")
+    assert failed.reason is not None
+    assert failed.reason.endswith("passed before it was done: the door of r-5303 is closed")
 
 
 class StuckRobot(ScriptedRobot):
