@@ -95,10 +95,16 @@ class Caller:
             async with asyncio.timeout(deadline - time.monotonic()):
                 return await self._look_and_ask(request, to, is_full=callee is not None)
         except TimeoutError as error:
-            session = self.core.session
-            if not (session.is_up or (callee is not None and session.can_send)):
-                raise BusGoneError(session.endpoint, "it was lost") from error
+            if not self._could_reach(callee):
+                raise BusGoneError(self.core.session.endpoint, "it was lost") from error
             raise TimedOutError(f"query {name!r}", timeout) from error
+
+    def _could_reach(self, callee: PresentModule | None) -> bool:
+        """Whether the router is there, or a callee that is known to be there without it."""
+        session, table = self.core.session, self.core.presence.table
+        if session.is_up or callee is None:
+            return session.is_up
+        return session.can_send and table.state_of(callee.incarnation) is True
 
     async def ask_callee(self, callee: PresentModule, name: str, payload: Payload) -> Payload:
         """Ask one module, for as long as it is there, and give the payload of its answer.

@@ -30,7 +30,7 @@ USERS = [
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def running(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Office]:
-    async with office(tmp_path_factory.mktemp("office"), later=1.0) as running:
+    async with office(tmp_path_factory.mktemp("office"), later=0.5) as running:
         yield running
 
 
@@ -65,7 +65,7 @@ async def test_what_scripts_read_has_its_shape(running: Office):
 
 async def test_a_delivery_door_that_stays_closed_is_the_reason(running: Office):
     await running.module.query(MoveDoor(room="r-5317", open=False))
-    words = ("--from", "r-5313", "--to", "r-5317", "--deadline", "4m")
+    words = ("--from", "r-5313", "--to", "r-5317", "--deadline", "30m")
     code, said = await outcome(await running.request("delivermail", "simmons", *words))
     await running.module.query(MoveDoor(room="r-5317", open=True))
     assert code == 1

