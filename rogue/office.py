@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -14,8 +14,26 @@ from tca_bus.launcher import ModulePresent, ProcessSpec, Ready, RouterListening
 
 People = Literal["auto", "keyboard"]
 
+Profile = Literal["hard", "modern", "xavier"]
+"""The robots that `xavier run` knows."""
+
+Localizer = Literal["particles", "pomdp", "odometry"]
+"""What tells the navigator where it is, as `navigate run` knows it."""
+
 SIDE_BY_SIDE = dict.fromkeys(("xavier", "speech", "navigate"), ("central",))
 """Those that need only what is named here ready before them, not all that start earlier."""
+
+CORRIDORS = ("people_walking", "carts")
+
+TOLD = {
+    "router": ("policy",),
+    "central": ("data",),
+    "xavier": ("map", "seed", "speed", "epoch", "profile", "battery", *CORRIDORS, "data"),
+    "speech": ("seed", "people", "silence", "silent_people", "away", "missing_items", "data"),
+    "navigate": ("map", "localizer", "data"),
+    "rogue": ("rules", "level", "directory", "finger", "priority", "tray", "later", "data"),
+}
+"""Which options each process is told, as flags of the same names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +42,9 @@ class OfficeOptions:
 
     ``map`` is a floor plan, by name or as a file, None for the built-in one; ``speed`` is
     simulated seconds per second or ``max`` for lockstep; ``epoch`` is the simulated time at the
-    start in ISO 8601, ``battery`` the hours that a battery lasts; ``silence`` is the share of
+    start in ISO 8601. ``profile`` is the robot's, ``battery`` the hours that its battery lasts,
+    ``localizer`` what tells the navigator where it is, None for its own choice; ``people_walking``
+    are in the corridors, and ``carts``. ``silence`` is the share of
     questions that simulated people do not answer, ``silent_people`` that of people who never do,
     ``away`` that of the time in which somebody is out, ``missing_items`` that of the items that
     are not there, all None for the simulator's own; ``data`` is the folder in which everything
@@ -45,7 +65,11 @@ class OfficeOptions:
     away: float | None = None
     missing_items: float | None = None
     epoch: str | None = None
+    profile: Profile = "xavier"
     battery: float | None = None
+    localizer: Localizer | None = None
+    people_walking: int = 0
+    carts: int = 0
     rules: Rules = Rules.WORKING
     log_level: str = "info"
     policy: Path | None = None
@@ -59,68 +83,35 @@ class OfficeOptions:
 
 def office_specs(options: OfficeOptions, bus: BusOptions) -> list[ProcessSpec]:
     """The processes in the order in which they start; the robot's start side by side."""
-    map_flags = _given(map=options.map)
-    data = ["--data", str(options.data)]
-    seed = ["--seed", str(options.seed)]
-    guard = _given(policy=options.policy and options.policy.absolute())
 
-    def module(
-        name: str, package: str, command: str, flags: Sequence[str], *, terminal: bool = False
-    ) -> ProcessSpec:
-        argv = _argv(package, command, flags, options)
+    def module(name: str, package: str, command: str, *, terminal: bool = False) -> ProcessSpec:
+        argv = _argv(package, command, options, TOLD[name])
         return _spec(name, argv, ModulePresent(name, bus), terminal=terminal)
 
+    router = _argv("tca_bus", "router", options, TOLD["router"])
     return [
-        _spec("router", _argv("tca_bus", "router", guard, options), RouterListening(bus)),
-        module("central", "tca_bus", "central", data),
-        module("xavier", "xavier_sim", "run", [*map_flags, *seed, *_robot(options), *data]),
-        module(
-            *("speech", "xavier_sim", "speech", [*seed, *_people(options), *data]),
-            terminal=options.people == "keyboard",
-        ),
-        module("navigate", "navigate", "run", [*map_flags, *data]),
-        module("rogue", "rogue", "agent", [*_planner(options), *data]),
+        _spec("router", router, RouterListening(bus)),
+        module("central", "tca_bus", "central"),
+        module("xavier", "xavier_sim", "run"),
+        module("speech", "xavier_sim", "speech", terminal=options.people == "keyboard"),
+        module("navigate", "navigate", "run"),
+        module("rogue", "rogue", "agent"),
     ]
 
 
-def _robot(options: OfficeOptions) -> list[str]:
-    return _given(speed=options.speed, epoch=options.epoch, battery=options.battery)
-
-
-def _people(options: OfficeOptions) -> list[str]:
-    return _given(
-        people=options.people,
-        silence=options.silence,
-        silent_people=options.silent_people,
-        away=options.away,
-        missing_items=options.missing_items,
-    )
-
-
-def _planner(options: OfficeOptions) -> list[str]:
-    return _given(
-        rules=options.rules.value,
-        level=options.level,
-        directory=options.directory and options.directory.absolute(),
-        finger=options.finger,
-        priority=options.priority,
-        tray=options.tray,
-        later=options.later,
-    )
-
-
-def _given(**values: object) -> list[str]:
-    """The flags of what is not None."""
-    words = []
-    for name, value in values.items():
-        if value is not None:
-            words += [f"--{name.replace('_', '-')}", str(value)]
-    return words
-
-
-def _argv(package: str, command: str, flags: Sequence[str], options: OfficeOptions) -> list[str]:
+def _argv(package: str, command: str, options: OfficeOptions, names: Iterable[str]) -> list[str]:
+    flags = [word for name in names for word in _flag(name, getattr(options, name))]
     level = ["--log-level", options.log_level]
     return [sys.executable, "-m", package, command, *flags, *level]
+
+
+def _flag(name: str, value: object) -> list[str]:
+    """An option as words of a command line; none of what is not given."""
+    if value is None:
+        return []
+    if isinstance(value, Path):
+        value = value.absolute()
+    return [f"--{name.replace('_', '-')}", str(value)]
 
 
 def _spec(name: str, argv: Sequence[str], ready: Ready, *, terminal: bool = False) -> ProcessSpec:

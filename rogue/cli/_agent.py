@@ -18,7 +18,7 @@ from rogue.requests import finger_server
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 
-EXECUTION_GROUP = Group("Execution", sort_key=25)
+EXECUTION_GROUP = Group("Execution", sort_key=22)
 
 PATIENCE = Patience()
 

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from navigate.messages import Rooms
+from rogue.cli._flags import ROBOT, RobotFlags
 from rogue.cli._folders import make_folder
 from rogue.memory import FILE_NAME
 from rogue.office import OfficeOptions
@@ -44,6 +45,7 @@ async def day(
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 1,
     kills: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 0,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    robot: RobotFlags = ROBOT,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Play a day with many users in an office of its own, and check how every request ended.
@@ -66,16 +68,18 @@ async def day(
         Play the day once more, killing the planner so many times; it must end the same.
     data
         Folder for what is kept, and for the logs; a temporary one if not given.
+    robot
+        What robot it is, and what it meets in the corridors.
     """
     with tempfile.TemporaryDirectory(prefix="rogue-day-") as temporary:
         folder = make_folder(data or Path(temporary))
         numbers = {"users": users, "requests": requests, "hours": hours, "seed": seed}
-        plan, record = await _play(folder / "undisturbed", numbers, 0, flags)
+        plan, record = await _play(folder / "undisturbed", numbers, 0, robot, flags)
         wrong = faults(plan, record)
         report: dict[str, Any] = {**numbers, "undisturbed": _document(plan, record), "wrong": wrong}
         _show(plan, record, flags)
         if kills:
-            plan, again = await _play(folder / "killed", numbers, kills, flags)
+            plan, again = await _play(folder / "killed", numbers, kills, robot, flags)
             other = faults(plan, again) + differences(plan, record, again)
             wrong += other
             report |= {"killed": _document(plan, again), "kills": again.kills}
@@ -89,7 +93,7 @@ async def day(
 
 
 async def _play(
-    folder: Path, numbers: dict[str, Any], kills: int, flags: BusFlags
+    folder: Path, numbers: dict[str, Any], kills: int, robot: RobotFlags, flags: BusFlags
 ) -> tuple[DayPlan, DayRecord]:
     if (make_folder(folder) / FILE_NAME).exists():
         raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
@@ -100,6 +104,7 @@ async def _play(
         silence=0.0,
         epoch=EPOCH,
         log_level=flags.level,
+        **vars(robot),
     )
     console = sys.stderr if flags.verbose else None
     async with stage(options, realm=flags.realm, console=console) as office:

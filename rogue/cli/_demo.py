@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from rogue import trace
+from rogue.cli._flags import ROBOT, RobotFlags
 from rogue.cli._folders import make_folder
 from rogue.cli._trace import followed
 from rogue.memory import FILE_NAME
@@ -37,6 +38,7 @@ async def demo(
     *,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
+    robot: RobotFlags = ROBOT,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Play one of the papers' scenarios in an office of its own, as fast as the machine can.
@@ -54,20 +56,24 @@ async def demo(
         Of everything random in the simulated world, 0 or more.
     data
         Folder for what is kept, and for the logs; a temporary one if not given.
+    robot
+        What robot it is, and what it meets in the corridors.
     """
     with tempfile.TemporaryDirectory(prefix="rogue-demo-") as temporary:
         folder = make_folder(data or Path(temporary))
         if (folder / FILE_NAME).exists():
             raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
         try:
-            await _play(SCENARIOS[name], folder, seed, flags)
+            await _play(SCENARIOS[name], folder, seed, robot, flags)
         except (TcaError, TimeoutError):
             if not flags.verbose:
                 _show_logs(folder / "logs")
             raise
 
 
-async def _play(scenario: Scenario, folder: Path, seed: int, flags: BusFlags) -> None:
+async def _play(
+    scenario: Scenario, folder: Path, seed: int, robot: RobotFlags, flags: BusFlags
+) -> None:
     options = OfficeOptions(
         data=folder,
         seed=seed,
@@ -76,6 +82,7 @@ async def _play(scenario: Scenario, folder: Path, seed: int, flags: BusFlags) ->
         epoch=EPOCH,
         rules=scenario.rules,
         log_level=flags.level,
+        **vars(robot),
     )
     console = sys.stderr if flags.verbose else None
     async with stage(options, realm=flags.realm, console=console) as office:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from rogue.errands import MOST_PLACES, Metric, MetricError, RankSum, load_metric
-from rogue.office import People
-from rogue.planning import RuleName
+from rogue.office import Localizer, People, Profile
+from rogue.planning import RuleName, Rules
+from rogue.requests import finger_server
 from tca_bus import ConfigError
 
 PLANNER_GROUP = Group("Planner", sort_key=20)
+ROBOT_GROUP = Group("Robot", sort_key=25)
 PEOPLE_GROUP = Group("People", sort_key=30)
 
+Count = Annotated[int, Parameter(validator=Number(gte=0, lte=200))]
 Share = Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))]
 
 
@@ -57,6 +60,36 @@ class PlannerFlags:
             )
             raise ConfigError("--priority", self.priority, expected) from error
 
+    def told(self) -> dict[str, Any]:
+        """What the planner of an office is told, by the names of `OfficeOptions`.
+
+        Raises:
+            ConfigError: ``priority`` names nothing of use, or ``finger`` is no address.
+        """
+        self.metric()
+        finger = str(finger_server(self.finger)) if self.finger else None
+        return {**vars(self), "rules": Rules(self.rules), "finger": finger}
+
+
+@Parameter(name="*", group=ROBOT_GROUP)
+@dataclass(frozen=True, kw_only=True)
+class RobotFlags:
+    """What robot it is, and what it meets in the corridors."""
+
+    profile: Profile = "xavier"
+    """The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar."""
+    localizer: Localizer | None = None
+    """What tells the navigator where it is: a particle filter, a POMDP, or odometry alone; its
+    own choice if not given."""
+    battery: Annotated[
+        float | None, Parameter(env_var="XAVIER_BATTERY", validator=Number(gt=0))
+    ] = None
+    """Hours that a full battery lasts standing; it needs no charging if not given."""
+    people_walking: Count = 0
+    """How many people walk the corridors and stand about in them."""
+    carts: Count = 0
+    """How many carts stand in the corridors, now here, now there."""
+
 
 @Parameter(name="*", group=PEOPLE_GROUP)
 @dataclass(frozen=True, kw_only=True)
@@ -76,4 +109,5 @@ class PeopleFlags:
 
 
 PLANNER = PlannerFlags()
+ROBOT = RobotFlags()
 PEOPLE = PeopleFlags()

@@ -9,12 +9,10 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from rogue.cli._flags import PEOPLE, PLANNER, PeopleFlags, PlannerFlags
+from rogue.cli._flags import PEOPLE, PLANNER, ROBOT, PeopleFlags, PlannerFlags, RobotFlags
 from rogue.cli._folders import default_folder, make_folder
 from rogue.cli._guard import guarded, office_policy
 from rogue.office import OfficeOptions, office_specs
-from rogue.planning import Rules
-from rogue.requests import finger_server
 from tca_bus import BusOptions, ConfigError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, note
 from tca_bus.launcher import Launcher
@@ -25,13 +23,11 @@ async def up(
     map: str | None = None,  # noqa: A002 - as the flag is named
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     speed: str = "1",
-    battery: Annotated[
-        float | None, Parameter(env_var="XAVIER_BATTERY", validator=Number(gt=0))
-    ] = None,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     secure: Annotated[bool, Parameter(negative="")] = False,
     policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
     planner: PlannerFlags = PLANNER,
+    robot: RobotFlags = ROBOT,
     people: PeopleFlags = PEOPLE,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -45,8 +41,6 @@ async def up(
         Of everything random in the simulated world, 0 or more.
     speed
         Simulated seconds per second, or max for as fast as the machine can.
-    battery
-        Hours that a full battery lasts standing; it needs no charging if not given.
     data
         Folder in which everything kept lies; the user's state folder if not given.
     secure
@@ -56,11 +50,13 @@ async def up(
         Policy file that says who may do what; with --secure the office's own if not given.
     planner
         What planner it is.
+    robot
+        What robot it is, and what it meets in the corridors.
     people
         Who is in the office.
     """
     check_speed(speed)
-    planner.metric()
+    told = {**planner.told(), **vars(robot), **vars(people)}
     bus = bus_options(flags).model_copy(update={"clock": "sim"})
     folder = make_folder(data or default_folder(flags.realm))
     if secure:
@@ -71,20 +67,9 @@ async def up(
         map=map,
         seed=seed,
         speed=speed,
-        battery=battery,
-        log_level=flags.level,
         policy=policy,
-        people=people.people,
-        silence=people.silence,
-        silent_people=people.silent_people,
-        away=people.away,
-        missing_items=people.missing_items,
-        rules=Rules(planner.rules),
-        level=planner.level,
-        directory=planner.directory,
-        finger=str(finger_server(planner.finger)) if planner.finger else None,
-        priority=planner.priority,
-        tray=planner.tray,
+        log_level=flags.level,
+        **told,
     )
     await _open(options, bus)
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from typing import get_args
 
 import pytest
 from command_line import run_command
 
+from navigate.cli import app as navigate
 from rogue.cli import _up, app
-from tca_bus import ConfigError
+from rogue.office import Localizer, OfficeOptions, Profile, office_specs
+from tca_bus import BusOptions, ConfigError
 from xavier_sim.cli import app as xavier
 
 
@@ -49,6 +52,7 @@ async def test_what_it_is_told_reaches_the_processes(tmp_path, monkeypatch):
     rank = f"{tmp_path / 'rank.py'}:by_age"
     words = ["up", "--tray", "3", "--priority", rank, "--rules", "1998", "--level", "3"]
     words += ["--silent-people", "0.1", "--away", "0.2", "--missing-items", "0.3"]
+    words += ["--profile", "hard", "--localizer", "pomdp", "--people-walking", "4", "--carts", "2"]
     words += ["--battery", "4", "--seed", "5", "--speed", "max", "--data", str(tmp_path)]
     assert "office is 'seen'" in (await run_command(app, *words)).err
     agent = arguments(specs, "rogue", app)
@@ -57,7 +61,19 @@ async def test_what_it_is_told_reaches_the_processes(tmp_path, monkeypatch):
     people = arguments(specs, "speech", xavier)
     assert (people["silent_people"], people["away"], people["missing_items"]) == (0.1, 0.2, 0.3)
     robot = arguments(specs, "xavier", xavier)
-    assert (robot["world"].battery, robot["world"].seed, robot["speed"]) == (4.0, 5, "max")
+    world = robot["world"]
+    assert (world.battery, world.seed, robot["speed"]) == (4.0, 5, "max")
+    assert (world.profile, world.people_walking, world.carts) == ("hard", 4, 2)
+    assert arguments(specs, "navigate", navigate)["localizer"] == "pomdp"
+
+
+@pytest.mark.parametrize("profile", get_args(Profile))
+@pytest.mark.parametrize("localizer", get_args(Localizer))
+def test_every_robot_and_localizer_is_known_to_those_who_have_it(profile, localizer, tmp_path):
+    options = OfficeOptions(data=tmp_path, profile=profile, localizer=localizer)
+    specs = office_specs(options, BusOptions())
+    assert arguments(specs, "xavier", xavier)["world"].profile == profile
+    assert arguments(specs, "navigate", navigate)["localizer"] == localizer
 
 
 async def test_a_priority_that_is_none_is_told_before_anything_starts(tmp_path):
