@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from pathlib import Path
 
@@ -70,7 +71,7 @@ def test_a_robot_that_fails_again_and_again_is_helped():
     soak = soak_of(navigator=f"{__name__}:Sleeper", rest=0.0)
     jobs = [soak.run_job() for _ in range(3)]
     assert [job.reason for job in jobs] == ["asleep"] * 3
-    assert soak.tally.rescues == 1
+    assert soak.course.tally.rescues == 1
     assert soak.navigator.told == [(3.6, 1.2, 0.0)]
 
 
@@ -152,25 +153,42 @@ def test_reach_follows_open_doors():
     assert reach.reachable("r-2", "r-2", doors)
 
 
-def test_doors_stand_shut_for_their_share_of_the_time():
-    world = World(load_floor(FLOOR), 0)
-    doors = world.geometry.door_names
-    keeper = DoorKeeper(doors, shut_share=0.25, moves_per_hour=3600.0, seed=1)
-    keeper.furnish(world)
+def test_doors_are_wanted_shut_for_their_share_of_the_time():
+    keeper = DoorKeeper(("a", "b", "c"), shut_share=0.25, moves_per_hour=3600.0, seed=1)
+    stand = dict(keeper.furnish())
+    assert list(stand) == ["a", "b", "c"]
     shut, moves = Counter(), 0
     for tick in range(0, 30_000, 10):
-        world.tick = tick
-        moves += keeper.tend(world)
-        shut.update(name for name, is_open in world.open_doors.items() if not is_open)
+        due = keeper.due(tick)
+        moves += len(due)
+        stand.update(due)
+        shut.update(door for door, is_open in stand.items() if not is_open)
     assert 0.2 < shut.total() / (3 * 3000) < 0.3
-    assert moves > 500
+    assert 8_000 < moves < 10_000
 
 
-def test_doors_that_nobody_moves_stay_as_they_are():
-    world = World(load_floor(FLOOR), 0)
-    keeper = DoorKeeper(world.geometry.door_names, shut_share=0.5, moves_per_hour=0.0, seed=1)
-    world.tick = 10**9
-    assert not keeper.tend(world)
+def test_a_door_is_due_at_its_tick_and_not_before():
+    keeper = DoorKeeper(("a",), shut_share=0.5, moves_per_hour=60.0, seed=1)
+    due_at = math.ceil(keeper.next_tick)
+    assert keeper.due(due_at - 1) == []
+    assert [move.door for move in keeper.due(due_at)] == ["a"]
+    assert keeper.next_tick > due_at
+
+
+def test_doors_that_nobody_moves_are_never_due():
+    keeper = DoorKeeper(("a",), shut_share=0.5, moves_per_hour=0.0, seed=1)
+    assert keeper.next_tick == math.inf
+    assert keeper.due(10**9) == []
+
+
+def test_a_door_does_not_move_through_the_robot():
+    soak = soak_of(shut_share=1.0, door_moves_per_hour=3600.0, navigator=f"{__name__}:Sleeper")
+    soak.world.set_door("d-1", is_open=True)
+    soak.world.place_robot(1.8, 2.4, 0.0)
+    for _ in range(2):
+        soak.run_job()
+    assert soak.world.open_doors == {"d-1": True, "d-2": False, "d-3": False}
+    assert soak.course.tally.door_moves == 0
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=60), st.floats(0.01, 1.0))

@@ -49,7 +49,7 @@ def test_a_soak_goes_on_from_its_checkpoint(tmp_path):
     done = len(list(first.jobs(0.002)))
     second = SoakRun(SoakOptions(**IDLE), file)
     assert second.resumed
-    assert len(second.soak.tally.jobs) == done
+    assert len(second.soak.course.tally.jobs) == done
     more = list(second.jobs(0.003))
     straight = SoakRun(SoakOptions(**IDLE))
     assert list(straight.jobs(0.003))[done:] == more
@@ -61,7 +61,7 @@ def test_a_soak_that_is_left_keeps_what_was_done(tmp_path):
     file = tmp_path / "soak.json"
     for _ in SoakRun(SoakOptions(**IDLE), file).jobs(1.0):
         break
-    assert len(SoakRun(SoakOptions(**IDLE), file).soak.tally.jobs) == 1
+    assert len(SoakRun(SoakOptions(**IDLE), file).soak.course.tally.jobs) == 1
 
 
 @pytest.mark.parametrize(

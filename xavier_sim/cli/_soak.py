@@ -90,7 +90,7 @@ def soak(
             progress.tell(job, run)
     summary = run.summary()
     if report is not None:
-        write_atomically(report, write_report(summary, run.soak.tally))
+        write_atomically(report, write_report(summary, run.soak.course.tally))
     if flags.json:
         emit_json(summary)
     else:
@@ -156,7 +156,7 @@ class _Update(Protocol):
 
 def _standing(run: SoakRun) -> str:
     """Where a soak stands, in a line."""
-    soak, jobs = run.soak, run.soak.tally.jobs
+    soak, jobs = run.soak, run.soak.course.tally.jobs
     arrived = sum(job.arrived for job in jobs)
     kilometres = sum(job.metres for job in jobs) / 1000.0
     pace = soak.seconds / max(run.cost.wall, 1e-9)

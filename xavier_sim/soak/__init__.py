@@ -9,35 +9,54 @@ from xavier_sim.soak._contract import (
     NavigatorFactory,
     Wheels,
 )
-from xavier_sim.soak._jobs import Job, Way
+from xavier_sim.soak._cost import Cost
+from xavier_sim.soak._course import Course
+from xavier_sim.soak._doors import DoorKeeper, DoorMove
+from xavier_sim.soak._errands import Goal
+from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job, Way
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
 from xavier_sim.soak._mishaps import FAULT_KINDS, FaultKind
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._report import report
 from xavier_sim.soak._running import SoakRun
-from xavier_sim.soak._soak import Soak
-from xavier_sim.soak._summary import Rate, Spread, Summary
+from xavier_sim.soak._soak import EPOCH, Soak
+from xavier_sim.soak._summary import Rate, Spread, Summary, summarise
+from xavier_sim.soak._tally import Tally
+from xavier_sim.soak._watch import LOOK_EVERY, Seen, Watch
 
 __all__ = [
+    "ENDLESS",
+    "EPOCH",
     "FAULT_KINDS",
+    "LOOK_EVERY",
+    "TIME_LIMIT",
     "Believed",
+    "Cost",
+    "Course",
+    "DoorKeeper",
+    "DoorMove",
     "DriveReport",
     "DriveUnderWay",
     "Failure",
     "FaultKind",
+    "Goal",
     "Job",
     "NavigatorCore",
     "NavigatorError",
     "NavigatorFactory",
     "Rate",
+    "Seen",
     "Soak",
     "SoakOptions",
     "SoakRun",
     "Spread",
     "Summary",
+    "Tally",
+    "Watch",
     "Way",
     "Wheels",
     "load_factory",
     "navigator_names",
     "report",
+    "summarise",
 ]

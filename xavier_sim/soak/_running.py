@@ -66,7 +66,7 @@ class SoakRun:
         """The figures so far."""
         soak = self.soak
         return summarise(
-            soak.tally, seconds=soak.seconds, cost=self.cost, options=self.soak.options
+            soak.course.tally, seconds=soak.seconds, cost=self.cost, options=self.soak.options
         )
 
     def _save(self) -> None:

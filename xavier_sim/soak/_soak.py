@@ -9,22 +9,17 @@ from xavier_sim.messages import Sensors
 from xavier_sim.profile import PROFILES, TICK
 from xavier_sim.running import Reflex, RobotState, SimClock
 from xavier_sim.soak._contract import NavigatorCore
-from xavier_sim.soak._doors import DoorKeeper
-from xavier_sim.soak._drive import Watch
-from xavier_sim.soak._errands import DoorTrials, Errands, Goal, RandomErrands
+from xavier_sim.soak._course import Course
+from xavier_sim.soak._doors import DoorMove
 from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job
 from xavier_sim.soak._loading import make_navigator
 from xavier_sim.soak._mishaps import Mishaps
 from xavier_sim.soak._options import SoakOptions
-from xavier_sim.soak._reaching import Reach
-from xavier_sim.soak._tally import Tally
+from xavier_sim.soak._watch import LOOK_EVERY, Watch
 from xavier_sim.world import World
 
 EPOCH = 1.0e9
 """Simulated seconds since the epoch at which a soak begins: the ninth of September 2001."""
-
-PATIENCE = 3
-"""Jobs with an open way that may fail one after the other before somebody helps the robot."""
 
 
 class Soak:
@@ -51,30 +46,18 @@ class Soak:
             carts=options.carts,
             rays="auto",
         )
-        self.tally = Tally()
+        self.course = Course(plan, options)
         self._robot = RobotState(self.world, SimClock(EPOCH), speed=None)
         surveyed = survey_floor(plan, sigma=options.survey_sigma, seed=options.seed)
         self.navigator: NavigatorCore[Any] = make_navigator(
             options.navigator, surveyed, seed=options.seed, options=options.navigator_options
         )
-        self._reach = Reach(plan)
-        self._doors = DoorKeeper(
-            self.world.geometry.door_names,
-            shut_share=options.shut_share,
-            moves_per_hour=options.door_moves_per_hour,
-            seed=options.seed,
-        )
-        self._doors.furnish(self.world)
-        self._errands: Errands = (
-            DoorTrials(plan, options.doors_in_and_out)
-            if options.doors_in_and_out
-            else RandomErrands(plan, options.seed)
-        )
+        for move in self.course.doors.furnish():
+            self._move(move)
         self._mishaps = Mishaps(options.fault, options.seed)
         self._mishaps.begin(self.world)
         self._reflex = Reflex()
         self._reflex.sense(self.world.reading)
-        self._unlucky = 0
         self.driving = False
         self._sensors = self._robot.sensors()
         self._wheels = self.navigator.step(self._sensors)
@@ -86,15 +69,15 @@ class Soak:
 
     def run_job(self) -> Job | None:
         """Send the robot on the next errand, and judge how it ended; None when there is none."""
-        goal = self._errands.next(self.world.truth().space)
-        if goal is None:
+        watch = self.course.next_job(self.world.truth(), self.world.open_doors)
+        if watch is None:
             return None
         self.driving = True
-        watch = Watch(self.world, self._reach, goal, number=len(self.tally.jobs))
-        job = self._drive(goal, watch)
-        self.tally.jobs.append(job)
+        job = self._drive(watch)
+        needs_help = self.course.enter(job)
         self._rest(watch)
-        self._help_if_stuck(job)
+        if needs_help:
+            self._help()
         self.driving = False
         return job
 
@@ -103,43 +86,47 @@ class Soak:
         return {
             "world": self.world.snapshot(),
             "navigator": self.navigator.freeze(),
-            "doors": self._doors.snapshot(),
             "mishaps": self._mishaps.snapshot(),
             "reflex": self._reflex.snapshot(),
-            "errands": self._errands.snapshot(),
-            "unlucky": self._unlucky,
-            "tally": self.tally.snapshot(),
+            **self.course.snapshot(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a snapshot of a soak with the same options."""
         self.world.restore(state["world"])
         self.navigator.thaw(state["navigator"])
-        self._doors.restore(state["doors"])
         self._mishaps.restore(state["mishaps"])
         self._reflex.restore(state["reflex"])
-        self._errands.restore(state["errands"])
-        self._unlucky = state["unlucky"]
-        self.tally.restore(state["tally"])
+        self.course.restore(state)
         self._sensors, self._wheels = self._robot.sensors(), _STANDING
 
-    def _drive(self, goal: Goal, watch: Watch) -> Job:
-        drive = self.navigator.start((goal.x, goal.y), self._sensors)
-        while not drive.done and watch.seconds < TIME_LIMIT:
+    def _drive(self, watch: Watch) -> Job:
+        drive = self.navigator.start((watch.goal.x, watch.goal.y), self._sensors)
+        while not drive.done and watch.seconds(self.world.tick) < TIME_LIMIT:
             self._tick(watch)
         failure = drive.failure
         reason = (str(failure.reason) if failure else None) if drive.done else ENDLESS
-        job = watch.judge(reason, self.navigator.report(drive))
+        job = watch.judge(reason, self.navigator.report(drive), self.world.truth())
         self.navigator.cancel()
         return job
 
     def _tick(self, watch: Watch) -> None:
         self._sensors = self._step()
         self._wheels = self.navigator.step(self._sensors)
-        if self._doors.tend(self.world):
-            self.tally.door_moves += 1
-            watch.doors_moved()
-        watch.look(self.navigator.pose, self._sensors, self.tally)
+        # Not any(): each of them is to be done.
+        if sum(self._move(move) for move in self.course.doors.due(self.world.tick)):
+            self.course.tally.door_moves += 1
+            watch.doors_moved(self.world.truth().space, self.world.open_doors)
+        if self.world.tick % LOOK_EVERY == 0:
+            at, believed = self.world.pose[:2], self.navigator.pose[:2]
+            watch.look(at, believed, self._sensors.speed, self.course.tally)
+
+    def _move(self, move: DoorMove) -> bool:
+        """Open or shut a door; true when it moved."""
+        before = self.world.open_doors[move.door]
+        if move.is_open == before:
+            return False
+        return self.world.set_door(move.door, is_open=move.is_open)[1] != before
 
     def _step(self) -> Sensors:
         command = self._reflex.allow(self._wheels.speed, self._wheels.turn)
@@ -153,17 +140,12 @@ class Soak:
         for _ in range(round(self.options.rest / TICK)):
             self._tick(watch)
 
-    def _help_if_stuck(self, job: Job) -> None:
-        """After too many failures running, put the robot at its start and tell it so."""
-        failed = job.reason is not None and not job.refused_rightly
-        self._unlucky = self._unlucky + 1 if failed or job.false_arrival else 0
-        if self._unlucky >= PATIENCE:
-            self._unlucky = 0
-            self.tally.rescues += 1
-            plan = self.world.plan
-            start = (plan.start.x, plan.start.y, plan.start_heading)
-            self.world.place_robot(*start)
-            self.navigator.set_pose(start)
+    def _help(self) -> None:
+        """Put the robot at its start and tell it so."""
+        plan = self.world.plan
+        start = (plan.start.x, plan.start.y, plan.start_heading)
+        self.world.place_robot(*start)
+        self.navigator.set_pose(start)
 
 
 class _Standing:

@@ -1,0 +1,137 @@
+"""One drive as somebody sees it who knows the truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Protocol
+
+from xavier_sim.profile import TICK
+from xavier_sim.soak._contract import DriveReport
+from xavier_sim.soak._errands import Goal
+from xavier_sim.soak._jobs import Job, Way
+from xavier_sim.soak._reaching import Reach
+from xavier_sim.soak._tally import Tally
+
+LOOK_EVERY = 10
+"""Ticks between two looks at where the robot is and believes to be: one second."""
+
+
+class Seen(Protocol):
+    """The truth about a robot: what the world says of it, and what it answers on the bus.
+
+    Metres, and counts since the world began; ``tick`` may count from any beginning.
+    """
+
+    @property
+    def x(self) -> float:
+        """Metres east."""
+        ...
+
+    @property
+    def y(self) -> float:
+        """Metres north."""
+        ...
+
+    @property
+    def space(self) -> str | None:
+        """The space that it stands in."""
+        ...
+
+    @property
+    def metres(self) -> float:
+        """Metres driven."""
+        ...
+
+    @property
+    def bumps(self) -> int:
+        """Contacts."""
+        ...
+
+    @property
+    def people_hit(self) -> int:
+        """Contacts in which it came towards somebody faster than 0.1 m/s."""
+        ...
+
+    @property
+    def tick(self) -> int:
+        """The control tick."""
+        ...
+
+
+class Watch:
+    """Follows a drive from its first tick to its last.
+
+    Args:
+        reach: of the floor.
+        goal: to which the robot is sent.
+        seen: the robot before it is sent.
+        open_doors: how every door stands then, by its own name.
+        number: of the job.
+    """
+
+    def __init__(
+        self, reach: Reach, goal: Goal, seen: Seen, open_doors: Mapping[str, bool], *, number: int
+    ) -> None:
+        self.goal = goal
+        self._reach, self._number, self._before = reach, number, seen
+        self._worst = 0.0
+        self._open, self._shut = 0, 0
+        self.doors_moved(seen.space, open_doors)
+
+    def seconds(self, tick: int) -> float:
+        """Simulated seconds from the beginning of the drive to a tick."""
+        return (tick - self._before.tick) * TICK
+
+    def doors_moved(self, here: str | None, open_doors: Mapping[str, bool]) -> None:
+        """Look anew whether there is a way from a space to the goal."""
+        if here is None or self._reach.reachable(here, self.goal.space, open_doors):
+            self._open += 1
+        else:
+            self._shut += 1
+
+    def look(
+        self, at: tuple[float, float], believed: tuple[float, float], speed: float, tally: Tally
+    ) -> None:
+        """Compare truth and belief, once in `LOOK_EVERY` ticks.
+
+        Args:
+            at: where the robot is, metres.
+            believed: where its navigator says that it is.
+            speed: that its wheels tell, m/s.
+            tally: to count it in.
+        """
+        error = math.dist(at, believed)
+        self._worst = max(self._worst, error)
+        tally.sample(error=error, speed=speed)
+
+    def judge(self, reason: str | None, report: DriveReport, seen: Seen) -> Job:
+        """The job as it ended with a robot that is seen now.
+
+        Args:
+            reason: of the failure that was reported, None for an arrival.
+            report: what the navigator says of the drive.
+            seen: the robot where it stands.
+        """
+        before = self._before
+        return Job(
+            number=self._number,
+            began=round(before.tick * TICK, 1),
+            start=before.space,
+            goal=self.goal.name,
+            way=self._way(),
+            reason=reason,
+            seconds=round(self.seconds(seen.tick), 1),
+            metres=round(seen.metres - before.metres, 3),
+            off=round(math.dist((seen.x, seen.y), (self.goal.x, self.goal.y)), 3),
+            worst_off=round(self._worst, 3),
+            confidence=round(report.position.confidence, 4),
+            recoveries=report.recoveries,
+            bumps=seen.bumps - before.bumps,
+            people_hit=seen.people_hit - before.people_hit,
+        )
+
+    def _way(self) -> Way:
+        if self._open and self._shut:
+            return Way.CHANGING
+        return Way.OPEN if self._open else Way.SHUT
