@@ -23,6 +23,7 @@ def environment(options: BusOptions) -> dict[str, str]:
         "TCA_CONNECT": options.connect,
         "TCA_REALM": options.realm,
         "TCA_CLOCK": options.clock,
+        "TCA_LINKS": options.links,
     }
     if options.keys is not None:
         found["TCA_KEYS"] = str(options.keys.absolute())

@@ -98,11 +98,12 @@ async def test_each_starts_when_those_before_it_are_ready_and_ends_in_reverse():
 
 
 async def test_a_process_gets_the_bus_options_and_its_own_environment():
-    code = "import os; print(*[os.environ[k] for k in ('TCA_CONNECT', 'TCA_REALM', 'MINE')])"
-    options = BusOptions(connect="tcp/127.0.0.1:1", realm="here")
+    names = ("TCA_CONNECT", "TCA_REALM", "TCA_LINKS", "MINE")
+    code = f"import os; print(*[os.environ[name] for name in {names}])"
+    options = BusOptions(connect="tcp/127.0.0.1:1", realm="here", links="direct")
     spec = python("one", code, env={"MINE": "x"}, restart=None)
     async with Launcher([spec], options) as office:
-        await until(lambda: office.logs("one") == ["tcp/127.0.0.1:1 here x"])
+        await until(lambda: office.logs("one") == ["tcp/127.0.0.1:1 here direct x"])
 
 
 async def test_a_killed_process_is_started_again():
