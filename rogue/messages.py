@@ -11,6 +11,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from rogue.outcomes import Arrival
 from rogue.prodigy import GoalTree
 from tca_bus import Broadcast, Query
 
@@ -199,7 +200,7 @@ class ListRequests(Query[list[DeliveryRequest]]):
 
 
 class StepView(BaseModel):
-    """One executed operator: when, and what came of it."""
+    """One executed operator: when, and what came of it; ``arrivals`` as in `StepOutcome`."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -208,6 +209,7 @@ class StepView(BaseModel):
     started: float
     ended: float | None
     outcome: str | None
+    arrivals: tuple[Arrival, ...] = ()
 
 
 class RequestDetails(BaseModel):

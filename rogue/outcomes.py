@@ -51,6 +51,20 @@ class Trouble(enum.StrEnum):
     """The robot could not do it, and trying again is of no use."""
 
 
+class Arrival(BaseModel):
+    """What was found out when the robot had come somewhere.
+
+    ``room`` is where it stands, None when nothing made sure of that; ``by`` is the name of the
+    layer that did, after all layers before it had not, and ``sure`` how probable it is then.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    room: str | None = None
+    by: str | None = None
+    sure: float = 0.0
+
+
 Thing = tuple[str, str]
 """An item on the tray: for which user, and what."""
 
@@ -61,6 +75,7 @@ class StepOutcome(BaseModel):
     ``room`` is where the robot is known to stand afterwards, None if nobody knows; ``placed`` and
     ``gone`` are the things that are on the tray now or not any more. A step that ended
     ``elsewhere`` or ``failed`` has not brought about what its operator predicts, for ``reason``.
+    ``arrivals`` are what was found each time that the robot had come somewhere.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -71,3 +86,4 @@ class StepOutcome(BaseModel):
     trouble: Trouble | None = None
     placed: tuple[Thing, ...] = ()
     gone: tuple[Thing, ...] = ()
+    arrivals: tuple[Arrival, ...] = ()

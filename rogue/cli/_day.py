@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,6 +27,7 @@ from rogue.scenarios import (
     faults,
     make_day,
     stage,
+    verification,
 )
 from tca_bus import ConfigError, TcaError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
@@ -149,7 +151,17 @@ def _show(plan: DayPlan, record: DayRecord, flags: BusFlags) -> None:
     killed = f", the planner killed {record.kills} times" if record.kills else ""
     emit(
         f"\nSimulated {record.seconds / 3600.0:.2f} h, driven {record.metres:.0f} m, "
-        f"{len(record.handovers)} items handed over{killed}.\n"
+        f"{len(record.handovers)} items handed over{killed}."
+    )
+    emit(f"{_verified(verification(record))}\n")
+
+
+def _verified(found: Mapping[str, int]) -> str:
+    """How arrivals were verified, in a sentence."""
+    return (
+        f"Arrivals: {found['belief']} made sure of by belief alone, {found['camera']} by the door "
+        f"plate, {found['person']} by a person, {found['unsure']} not at all; "
+        f"{found['elsewhere']} were at another room."
     )
 
 
@@ -157,6 +169,7 @@ def _document(plan: DayPlan, record: DayRecord) -> dict[str, Any]:
     return {
         "seconds": round(record.seconds, 1),
         "metres": round(record.metres, 1),
+        "arrivals": verification(record),
         "requests": [
             {
                 "id": post.id,

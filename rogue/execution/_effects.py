@@ -10,11 +10,11 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TypeVar
 
-from navigate.messages import NavigateToGoal, SetPosition
+from navigate.messages import NavigateToGoal, NoticeLandmark, SetPosition
 from rogue.outcomes import Outcome, StepOutcome
 from xavier_sim.messages import Ask, Say
 
-TaskOfRobot = NavigateToGoal | SetPosition | Say | Ask
+TaskOfRobot = NavigateToGoal | NoticeLandmark | SetPosition | Say | Ask
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,9 @@ class Believe:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Have the camera read the door plate."""
+    """Have the camera read the door plate, when so many seconds have passed."""
+
+    after: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

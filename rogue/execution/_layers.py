@@ -7,15 +7,19 @@ camera that reads the label beside the door, then a person.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import Protocol
 
-from navigate.messages import Position
+from navigate.messages import Position, Sight
 from rogue import trace
 from rogue.execution._asking import YES, ask, typed
 from rogue.execution._effects import Believe, Locate, Look, Part, Tell
 from rogue.execution._patience import Patience
-from rogue.execution._whereabouts import Evidence, both, read, stated
-from xavier_sim.messages import Ask, PlateReading
+from rogue.execution._whereabouts import PLACES, Evidence, both, bounded, read, stated
+from xavier_sim.messages import Ask
+
+BELIEF, CAMERA, PERSON = "belief", "camera", "person"
+"""Names of the layers."""
 
 AT_KEYBOARD = "Please answer on my keyboard."
 
@@ -31,6 +35,10 @@ class Doubt:
 class Layer(Protocol):
     """One way to find out where the robot stands. It tells the trace what it found."""
 
+    @property
+    def name(self) -> str:
+        """What it is called where it is told who made sure."""
+
     def look(self, doubt: Doubt) -> Part[Evidence | None]:
         """Gather evidence; None when there is nothing to be said."""
 
@@ -44,6 +52,7 @@ class NavigatorBelief:
     """
 
     least: float = 0.05
+    name: str = BELIEF
 
     def look(self, doubt: Doubt) -> Part[Evidence | None]:
         """Ask the navigator."""
@@ -66,26 +75,54 @@ class NavigatorBelief:
 class DoorPlate:
     """What the camera reads beside the door.
 
-    ``unseen`` is how probable it is that it finds no plate at the door of a room; elsewhere it
-    hardly ever finds one.
+    A plate that is not found, or is not the one that was expected, is looked for again, ``looks``
+    times in all, ``pause`` seconds apart. ``unseen`` is how probable it is that a look finds no
+    plate at the right door, ``blank`` at any other place. With ``heeds_belief`` a plate of
+    another room counts for more where the navigator had thought it possible to be there.
     """
 
-    unseen: float = 0.1
+    looks: int = 2
+    pause: float = 1.0
+    unseen: float = 0.3
+    blank: float = 0.7
+    heeds_belief: bool = True
+    name: str = CAMERA
 
     def look(self, doubt: Doubt) -> Part[Evidence | None]:
         """Read the plate."""
-        seen = yield Look()
-        if seen.failed:
-            yield Tell(trace.remark(f"The camera sees nothing, {seen.reason}."))
-            return None
-        plate = PlateReading.model_validate(seen.value)
-        if plate.text is None:
-            yield Tell(trace.remark("The camera sees no door plate."))
-            return Evidence({doubt.room: self.unseen}, 0.5) if doubt.room else None
-        room = plate.text.strip().lower()
-        reads = f"{room.upper()} ({plate.confidence:.3f})"
-        yield Tell(trace.remark(f"The camera reads {reads}."))
-        return read(room, plate.confidence)
+        found: list[Evidence] = []
+        expected: dict[str, float] = {}
+        for number in range(self.looks):
+            seen = yield Look(after=self.pause if number else 0.0)
+            if seen.failed:
+                yield Tell(trace.remark(f"The camera sees nothing, {seen.reason}."))
+                break
+            sight = Sight.model_validate(seen.value)
+            room = sight.plate.strip().lower() if sight.plate else None
+            yield Tell(trace.remark(_told(room, sight.confidence)))
+            found += self._evidence(room, sight.confidence, doubt)
+            if room is not None and room == doubt.room:
+                break
+            if room is not None and doubt.room is not None and self.heeds_belief:
+                expected[room] = _share(sight)
+        return reduce(both, found, Evidence(expected, 1.0)) if found else None
+
+    def _evidence(self, room: str | None, confidence: float, doubt: Doubt) -> list[Evidence]:
+        if room is not None:
+            return [read(room, confidence)]
+        return [Evidence({doubt.room: self.unseen}, self.blank)] if doubt.room else []
+
+
+def _told(room: str | None, confidence: float) -> str:
+    if room is None:
+        return "The camera sees no door plate."
+    return f"The camera reads {room.upper()} ({confidence:.3f})."
+
+
+def _share(sight: Sight) -> float:
+    """How much more the navigator believes in the room of a plate than in any of the others."""
+    others = (1.0 - bounded(sight.position.confidence)) / (PLACES - 1)
+    return max(1.0, sight.expected / others)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +136,7 @@ class Bystander:
     honest: float = 0.99
     mistaken: float = 0.0005
     named: float = 0.995
+    name: str = PERSON
 
     def look(self, doubt: Doubt) -> Part[Evidence | None]:
         """Ask whoever is there."""

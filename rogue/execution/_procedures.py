@@ -6,9 +6,13 @@ The words are those of Figure 6 of Haigh & Veloso (1996); the retries are those 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Literal
+
 from navigate.messages import (
     NavigateToGoal,
     NavigationFailure,
+    NoticeLandmark,
     Position,
     RoomLocation,
     SetPosition,
@@ -25,9 +29,11 @@ from rogue.execution._effects import (
     Procedure,
     Tell,
 )
+from rogue.execution._layers import CAMERA
 from rogue.execution._patience import Patience
 from rogue.execution._verification import Verification
-from rogue.outcomes import Outcome, StepOutcome, Thing, Trouble
+from rogue.execution._whereabouts import bounded
+from rogue.outcomes import Arrival, Outcome, StepOutcome, Thing, Trouble
 from xavier_sim.messages import Ask
 
 WHEN_FINISHED = "Please indicate on my keyboard when you are finished."
@@ -42,38 +48,41 @@ BLOCKED = frozenset(
 """Failures of navigation that time may cure."""
 
 
-def go_to(room: str, patience: Patience, arrival: Verification) -> Procedure:
+def go_to(room: str, patience: Patience, verification: Verification) -> Procedure:
     """GOTO-PICKUP-LOC and GOTO-DELIVER-LOC: drive to a room and make sure that it is the one."""
-    found: str | None = None
+    arrivals: list[Arrival] = []
+    arrival: Arrival | None = None
     drive = Outcome()
     for _ in range(patience.tries):
         drive = yield from _drive(room)
         if drive.failure in BLOCKED:
             yield from _failed("GOTO-LOCATION", room.upper())
             reason = f"cannot get to {room}, {drive.reason}"
-            return StepOutcome(kind="failed", reason=reason, trouble=Trouble.BLOCKED)
-        found = yield from _arrived_at(room, drive, patience, arrival)
-        if found == room:
+            return _ended(arrivals, "failed", reason=reason, trouble=Trouble.BLOCKED)
+        arrival = yield from _arrived_at(room, drive, patience, verification)
+        arrivals += [arrival] if arrival is not None else []
+        if arrival is not None and arrival.room == room:
             yield Tell(trace.completed_line("GOTO-LOCATION", room.upper()))
             yield Tell("")
-            return StepOutcome(kind="done", room=room)
+            return _ended(arrivals, "done", room=room)
     yield from _failed("GOTO-LOCATION", room.upper())
-    if found is not None:
-        return StepOutcome(kind="elsewhere", room=found, reason=f"the robot is at {found}")
+    if arrival is not None and arrival.room is not None:
+        reason = f"the robot is at {arrival.room}"
+        return _ended(arrivals, "elsewhere", room=arrival.room, reason=reason)
     unsure = Trouble.UNABLE if drive.failed else Trouble.UNSURE
     why = drive.reason if drive.failed else "unverified: this may be another place"
     reason = f"cannot get to {room} in {patience.tries} tries, {why}"
-    return StepOutcome(kind="failed", reason=reason, trouble=unsure)
+    return _ended(arrivals, "failed", reason=reason, trouble=unsure)
 
 
 def acquire(
-    room: str, thing: Thing, phrase: str, patience: Patience, arrival: Verification
+    room: str, thing: Thing, phrase: str, patience: Patience, verification: Verification
 ) -> Procedure:
     """ACQUIRE-ITEM: have somebody put the item on the tray; nobody is asked for one that is there.
 
     ``thing`` is (user, item), ``phrase`` how the robot calls it.
     """
-    moved = yield from _moved_from(room, patience, arrival)
+    moved = yield from _moved_from(room, patience, verification)
     if moved is not None:
         return moved
     if not (yield from _is_on_tray(thing)):
@@ -89,13 +98,13 @@ def acquire(
 
 
 def deliver(
-    room: str, thing: Thing, phrase: str, patience: Patience, arrival: Verification
+    room: str, thing: Thing, phrase: str, patience: Patience, verification: Verification
 ) -> Procedure:
     """DELIVER-ITEM: have somebody take the item from the tray, if it is still there.
 
     ``thing`` is (user, item), ``phrase`` how the robot calls it.
     """
-    moved = yield from _moved_from(room, patience, arrival)
+    moved = yield from _moved_from(room, patience, verification)
     if moved is not None:
         return moved
     if not (yield from _is_on_tray(thing)):
@@ -150,31 +159,50 @@ def _navigate(x: float, y: float) -> Part[Outcome]:
     return outcome
 
 
+def _ended(
+    arrivals: Sequence[Arrival],
+    kind: Literal["done", "elsewhere", "failed"],
+    *,
+    room: str | None = None,
+    reason: str | None = None,
+    trouble: Trouble | None = None,
+) -> StepOutcome:
+    found = tuple(arrivals)
+    return StepOutcome(kind=kind, room=room, reason=reason, trouble=trouble, arrivals=found)
+
+
 def _arrived_at(
-    room: str, drive: Outcome, patience: Patience, arrival: Verification
-) -> Part[str | None]:
-    """Where the robot stands after a drive; the navigator is told if it is mistaken."""
+    room: str, drive: Outcome, patience: Patience, verification: Verification
+) -> Part[Arrival | None]:
+    """What is found of where the robot stands after a drive; None where that is not asked.
+
+    The navigator is told what it did not know.
+    """
+    if drive.failed and drive.failure != NavigationFailure.LOST:
+        return None
     if not drive.failed:
         yield Tell(trace.verifying_line(room))
-        found = yield from arrival.place(room, patience)
-        if found == room and (not arrival.looks_again or (yield from _is_believed(room))):
-            return found
-    elif drive.failure == NavigationFailure.LOST:
-        found = yield from arrival.place(None, patience)
-    else:
-        return None
-    return None if found is None else (yield from _tell_navigator(found))
+    arrival = yield from verification.place(None if drive.failed else room, patience)
+    if arrival.room is None:
+        return arrival
+    expected = arrival.room == room and not drive.failed
+    if expected and (not verification.looks_again or (yield from _is_believed(room))):
+        if arrival.by == CAMERA:
+            yield Perform(NoticeLandmark(room=room, confidence=bounded(arrival.sure)))
+        return arrival
+    known = yield from _tell_navigator(arrival.room)
+    return arrival if known else Arrival()
 
 
-def _tell_navigator(room: str) -> Part[str | None]:
-    """Tell the navigator where it is; None when its map has no such room."""
+def _tell_navigator(room: str) -> Part[bool]:
+    """Tell the navigator where it is; false when its map has no such room."""
     position = yield Perform(SetPosition(room=room))
     if position.failed:
         yield Tell(trace.remark(position.reason))
-        return None
+        return False
     yield Tell(trace.remark(f"The robot is at {room.upper()}."))
     yield Tell("")
-    return room
+    return True
 
 
 def _is_believed(room: str) -> Part[bool]:
@@ -183,11 +211,14 @@ def _is_believed(room: str) -> Part[bool]:
     return belief.failed or Position.model_validate(belief.value).room == room
 
 
-def _moved_from(room: str, patience: Patience, arrival: Verification) -> Part[StepOutcome | None]:
+def _moved_from(
+    room: str, patience: Patience, verification: Verification
+) -> Part[StepOutcome | None]:
     """Make sure that the robot is still where it arrived; None when it is."""
-    if not arrival.looks_again or (yield from _is_believed(room)):
+    if not verification.looks_again or (yield from _is_believed(room)):
         return None
-    found = yield from _arrived_at(room, Outcome(), patience, arrival)
+    arrival = yield from _arrived_at(room, Outcome(), patience, verification)
+    found = arrival.room if arrival is not None else None
     if found == room:
         return None
     reason = f"the robot is not at {room} any more"

@@ -12,6 +12,7 @@ from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel
 
+from navigate.messages import Look as LookAtPlate
 from navigate.messages import Rooms, WhereAmI, WhereIsRoom
 from rogue.execution._effects import (
     AT_LEISURE,
@@ -37,7 +38,7 @@ from tca_bus import (
     TcaError,
     TimedOutError,
 )
-from xavier_sim.messages import BatteryState, ReadBattery, ReadPlate
+from xavier_sim.messages import BatteryState, ReadBattery
 
 log = logging.getLogger(__name__)
 
@@ -56,7 +57,7 @@ BETWEEN_LOOKS = 30.0
 """Seconds on the module's clock between two looks at a battery that is being charged."""
 
 CAMERA_ABSENCE = 2.0
-"""Wall seconds until a camera that does not answer is taken for none."""
+"""Wall seconds until one who is asked to look and does not answer is taken for blind."""
 
 _PASSING = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
 
@@ -127,9 +128,10 @@ class BusRobot:
         return await self._ask(lambda: self._module.query(WhereAmI()))
 
     async def look(self, effect: Look) -> Outcome:
-        """Read the door plate; a robot that has no camera is not waited for."""
-        del effect
-        return await self._ask(lambda: self._module.query(ReadPlate()), CAMERA_ABSENCE)
+        """Read the door plate; a navigator that cannot look is not waited for."""
+        if effect.after > 0.0:
+            await self._module.clock.sleep(effect.after)
+        return await self._ask(lambda: self._module.query(LookAtPlate()), CAMERA_ABSENCE)
 
     async def await_charge(self, effect: AwaitCharge) -> Outcome:
         """Wait until the battery is so full; fails when it is not being charged."""

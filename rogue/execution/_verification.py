@@ -10,6 +10,7 @@ from rogue.execution._effects import Part, Tell
 from rogue.execution._layers import Bystander, DoorPlate, Doubt, Layer, NavigatorBelief
 from rogue.execution._patience import Patience
 from rogue.execution._whereabouts import Whereabouts
+from rogue.outcomes import Arrival
 
 SURE = 0.98
 """How probable a place must be before the robot acts on being there."""
@@ -19,7 +20,7 @@ SURE = 0.98
 class Verification:
     """The layers in their order, and how sure is sure enough.
 
-    Any object with the method of `Layer` may stand in ``layers``. Layers are taken to err
+    Any object that is like a `Layer` may stand in ``layers``. Layers are taken to err
     independently of each other, so their order does not matter to what is found, only to what
     it costs. With ``looks_again`` the robot also asks itself whether it is still there before
     anything is handed over.
@@ -29,8 +30,8 @@ class Verification:
     sure: float = SURE
     looks_again: bool = True
 
-    def place(self, room: str | None, patience: Patience) -> Part[str | None]:
-        """The room at which the robot stands, None when no layer could make sure of one.
+    def place(self, room: str | None, patience: Patience) -> Part[Arrival]:
+        """Where the robot stands, and which layer made sure of it.
 
         ``room`` is where it should be, None if it is lost.
         """
@@ -44,8 +45,8 @@ class Verification:
                 yield from _tell(known)
             found = known.likeliest()
             if found is not None and found[1] >= self.sure:
-                return found[0]
-        return None
+                return Arrival(room=found[0], by=layer.name, sure=round(found[1], 4))
+        return Arrival()
 
 
 def layered(
@@ -56,7 +57,7 @@ def layered(
     if navigator:
         layers.append(NavigatorBelief())
     if camera:
-        layers.append(DoorPlate())
+        layers.append(DoorPlate(heeds_belief=navigator))
     if people:
         layers.append(Bystander())
     return Verification(tuple(layers), sure)

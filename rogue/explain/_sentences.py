@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from rogue.explain._decision import Decision, DecisionKind, Rival
 from rogue.explain._rules import because
 from rogue.explain._words import plain
 from rogue.times import show_time
+
+if TYPE_CHECKING:
+    from rogue.outcomes import Arrival
 
 _STEPS = {
     ("goto-pickup-loc", 2): "driving to {1} to fetch something for {0}",
@@ -21,6 +25,12 @@ _GOALS = {
     ("item-returned", 2): "that {1} of {0} is back where it came from",
     ("robot-has-item", 2): "having {1} for {0} on the tray",
     ("robot-in-room", 1): "being in {0}",
+}
+
+_LAYERS = {
+    "belief": "the navigator's belief",
+    "camera": "the door plate",
+    "person": "somebody who was asked",
 }
 
 MOST_NAMED = 4
@@ -61,6 +71,22 @@ def sentence(decision: Decision, *, again: bool = False) -> str:
         case DecisionKind.DEAD_END:
             return f"Planning found no way by {in_words(decision.chosen)}: {decision.reason}."
     return _with_reason(f"For it the planner chose {in_words(decision.chosen)}", decision)
+
+
+def verified(arrivals: Sequence[Arrival]) -> str:
+    """Return what was found at each arrival of a drive, and who made sure, as a subordinate clause.
+
+    What comes before it is to end without a stop; empty where nothing was asked.
+    """
+    found = [_found(one) for one in arrivals]
+    return f"; {', then '.join(found)}" if found else ""
+
+
+def _found(arrival: Arrival) -> str:
+    if arrival.room is None:
+        return "nothing made sure where it was"
+    by = _LAYERS.get(arrival.by or "", arrival.by)
+    return f"{by} made sure of {arrival.room}"
 
 
 def _shared(goal: str) -> str:

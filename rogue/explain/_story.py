@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rogue.explain._decision import Decision, DecisionKind
-from rogue.explain._sentences import in_words, put_off, sentence
+from rogue.explain._sentences import in_words, put_off, sentence, verified
 from rogue.explain._words import plain
 from rogue.times import show_time
 
@@ -147,8 +147,9 @@ def _step(step: StepView, *, is_told: bool) -> list[Entry]:
         return [Entry(step.started, "begun", f"{words} is under way.")]
     begun = [] if is_told else [Entry(step.started, "begun", f"{words} was begun.")]
     if step.state == "done":
-        return [*begun, Entry(step.ended, "done", f"{words} was done.")]
+        return [*begun, Entry(step.ended, "done", f"{words} was done{verified(step.arrivals)}.")]
     reason = f": {step.outcome}" if step.outcome else ""
+    reason += verified(step.arrivals)
     return [*begun, Entry(step.ended, "failed", _closed(f"{words} did not succeed{reason}"))]
 
 

@@ -170,11 +170,12 @@ def _step(row: Row) -> Step:
 
 def _view(row: Row) -> StepView:
     operator, arguments, state, started, ended, outcome = row
-    reason = StepOutcome.model_validate_json(outcome).reason if outcome else None
+    came_of_it = StepOutcome.model_validate_json(outcome) if outcome else None
     return StepView(
         operator=f"{operator} {' '.join(json.loads(arguments))}",
         state=state,
         started=started,
         ended=ended,
-        outcome=reason,
+        outcome=came_of_it.reason if came_of_it else None,
+        arrivals=came_of_it.arrivals if came_of_it else (),
     )

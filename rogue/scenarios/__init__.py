@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from rogue.scenarios._day_plan import DayPlan, Kind, Post, Staff, make_day
 from rogue.scenarios._day_run import DayRun
-from rogue.scenarios._day_verdict import DayRecord, Handover, counts, differences, faults
+from rogue.scenarios._day_verdict import (
+    DayRecord,
+    Handover,
+    Verified,
+    counts,
+    differences,
+    faults,
+    verification,
+)
 from rogue.scenarios._measurements import Measurements, Observer
 from rogue.scenarios._papers import EPOCH, SCENARIOS, SENDING, VERIFYING, Scenario
 from rogue.scenarios._prompter import Prompter
@@ -27,9 +35,11 @@ __all__ = [
     "Scenario",
     "Staff",
     "Stage",
+    "Verified",
     "counts",
     "differences",
     "faults",
     "make_day",
     "stage",
+    "verification",
 ]

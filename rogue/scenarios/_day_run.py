@@ -11,6 +11,7 @@ import random
 import signal
 import time
 from collections.abc import AsyncIterator, Callable, Sequence
+from functools import partial
 
 from rogue.absence import persist
 from rogue.messages import (
@@ -18,9 +19,10 @@ from rogue.messages import (
     ListRequests,
     PostRequest,
     RequestChanged,
+    ShowRequest,
 )
 from rogue.scenarios._day_plan import DayEvent, DayPlan, DoorMove, Post, TakeBack
-from rogue.scenarios._day_verdict import DayRecord, Handover
+from rogue.scenarios._day_verdict import DayRecord, Handover, Verified
 from rogue.scenarios._stage import Stage
 from tca_bus import HandlerFailedError, Subscription, TimedOutError
 from xavier_sim.messages import ItemMoved, MoveDoor, MovePerson, WhereReally
@@ -195,6 +197,18 @@ class DayRun:
         self.record.metres = truth.metres - metres
         for one in await persist(lambda: self._module.query(ListRequests())):
             self.record.ended[one.id] = one
+        self.record.arrivals = await self._arrivals()
+
+    async def _arrivals(self) -> list[Verified]:
+        """What was found at the end of each drive; one that served several counts once."""
+        drives: dict[tuple[float, str], list[Verified]] = {}
+        for name in self.record.ended:
+            details = await persist(partial(self._module.query, ShowRequest(id=name)))
+            for step in details.steps:
+                goal = step.operator.split()[-1]
+                found = [Verified(goal, one.room, one.by) for one in step.arrivals]
+                drives[step.started, step.operator] = found
+        return [one for drive in drives.values() for one in drive]
 
 
 async def _news(changes: Subscription[RequestChanged]) -> None:

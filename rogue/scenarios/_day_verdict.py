@@ -21,6 +21,18 @@ class Handover:
     room: str
 
 
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """The robot came somewhere on its way to ``goal``: where, and which layer made sure.
+
+    Both are None where nothing did.
+    """
+
+    goal: str
+    room: str | None
+    by: str | None
+
+
 @dataclass(slots=True)
 class DayRecord:
     """What was seen of a day.
@@ -29,6 +41,7 @@ class DayRecord:
         refused: name of the refusal of a request that was not accepted, and its sentence.
         ended: every accepted request as it stands at the end.
         handovers: all of them, as they came.
+        arrivals: all of them.
         begun: simulated seconds since the epoch at the start.
         seconds: simulated seconds that it took.
         metres: driven.
@@ -38,6 +51,7 @@ class DayRecord:
     refused: dict[str, tuple[str, str]] = field(default_factory=dict)
     ended: dict[str, DeliveryRequest] = field(default_factory=dict)
     handovers: list[Handover] = field(default_factory=list)
+    arrivals: list[Verified] = field(default_factory=list)
     begun: float = 0.0
     seconds: float = 0.0
     metres: float = 0.0
@@ -84,6 +98,17 @@ def counts(plan: DayPlan, record: DayRecord) -> Mapping[Kind, Counter[str]]:
     for post in plan.posts:
         found[post.kind][record.outcome(post.id)] += 1
     return found
+
+
+LAYERS = ("belief", "camera", "person")
+"""What makes sure of an arrival, cheap to costly."""
+
+
+def verification(record: DayRecord) -> dict[str, int]:
+    """How many arrivals each layer made sure of, how many none, and how many were elsewhere."""
+    by = Counter(one.by for one in record.arrivals)
+    elsewhere = sum(one.room not in (one.goal, None) for one in record.arrivals)
+    return {**{name: by[name] for name in LAYERS}, "unsure": by[None], "elsewhere": elsewhere}
 
 
 def _unfit_ends(plan: DayPlan, record: DayRecord) -> Iterator[str]:

@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 from rogue_fakes import PLACES, FakeModule, failed, plate, position, typed
 
-from navigate.messages import NavigateToGoal, SetPosition
+from navigate.messages import NavigateToGoal, NoticeLandmark, SetPosition
 from rogue.agent import Agent, AgentOptions
 from rogue.execution import Believe, Locate, Look, Patience, TaskOfRobot, Urgency
 from rogue.memory import Database, Store
@@ -106,6 +106,9 @@ class World:
             case SetPosition(room=room):
                 self.acts.append(f"told {room}")
                 self.believed = room
+                return Outcome()
+            case NoticeLandmark(room=room):
+                self.acts.append(f"noticed {room}")
                 return Outcome()
             case Say(text=text):
                 self.acts.append(f"said {text}")

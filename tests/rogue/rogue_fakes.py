@@ -50,8 +50,9 @@ def position(room: str | None, confidence: float = 0.0) -> Outcome:
     return Outcome(value={**dict.fromkeys(names, 0.0), "room": room, "confidence": confidence})
 
 
-def plate(room: str | None, confidence: float = 0.95) -> Outcome:
-    return Outcome(value={"text": room, "confidence": confidence, "time": 0.0})
+def plate(room: str | None, confidence: float = 0.95, expected: float = 0.0) -> Outcome:
+    value = {"plate": room, "confidence": confidence, "expected": expected}
+    return Outcome(value={**value, "position": position(room, 0.8).value})
 
 
 @dataclass

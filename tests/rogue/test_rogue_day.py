@@ -18,10 +18,12 @@ from rogue.scenarios import (
     Handover,
     Kind,
     Post,
+    Verified,
     counts,
     differences,
     faults,
     make_day,
+    verification,
 )
 
 ROOMS = [f"r-53{n:02d}" for n in range(1, 33)] + [f"r-54{n:02d}" for n in range(1, 29)]
@@ -191,3 +193,19 @@ def test_two_runs_are_compared_request_by_request():
     other.ended[post.id] = ended(post, RequestState.FAILED, "nobody answered")
     (difference,) = differences(plan, one, other)
     assert difference == f"{post.id} (ordinary): completed, and then failed (nobody answered)"
+
+
+def test_arrivals_are_counted_by_the_layer_that_made_sure():
+    arrivals = [
+        Verified("r-5303", "r-5303", "belief"),
+        Verified("r-5303", "r-5305", "camera"),
+        Verified("r-5303", None, None),
+        Verified("r-5313", "r-5313", "person"),
+    ]
+    assert verification(DayRecord(arrivals=arrivals)) == {
+        "belief": 1,
+        "camera": 1,
+        "person": 1,
+        "unsure": 1,
+        "elsewhere": 1,
+    }

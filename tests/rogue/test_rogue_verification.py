@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rogue_fakes import NO_ANSWER, ScriptedRobot, failed, plate, play, position, typed
 
-from navigate.messages import NavigateToGoal, SetPosition
+from navigate.messages import NavigateToGoal, NoticeLandmark, SetPosition
 from rogue.execution import (
     Bystander,
     Doubt,
@@ -80,6 +80,52 @@ def test_the_door_plate_makes_sure_where_the_navigator_is_not() -> None:
     assert "Taken together: R-5303 (1.000)." in lines
 
 
+def test_the_navigator_is_told_of_the_plate_that_made_sure() -> None:
+    robot = ScriptedRobot(belief=position("r-5303", 0.8), plates=[plate("r-5303")])
+    arrive(robot)
+    (told,) = [m for m in robot.performed if isinstance(m, NoticeLandmark)]
+    assert told.room == "r-5303"
+    assert told.confidence > 0.99
+
+
+def test_a_plate_that_is_misread_is_looked_at_again_before_anybody_is_asked() -> None:
+    robot = ScriptedRobot(
+        belief=position("r-5303", 0.9), plates=[plate("r-5308", 0.9), plate("r-5303", 0.97)]
+    )
+    kind, _ = arrive(robot)
+    assert kind == "done"
+    assert (robot.count(NavigateToGoal), robot.count(Ask)) == (1, 0)
+
+
+def test_a_plate_that_is_not_found_is_looked_for_again() -> None:
+    robot = ScriptedRobot(belief=position(None), plates=[plate(None), plate("r-5303", 0.99)])
+    kind, _ = arrive(robot)
+    assert kind == "done"
+    assert robot.count(Ask) == 0
+
+
+@pytest.mark.parametrize(("expected", "first"), [(0.0, Ask), (0.35, SetPosition)])
+def test_a_plate_where_the_navigator_may_well_be_needs_nobody_to_confirm_it(
+    expected: float, first: type
+) -> None:
+    seen = plate("r-5305", 0.93, expected)
+    robot = ScriptedRobot(belief=position("r-5303", 0.6), plates=[seen, failed("camera_gone")])
+    arrive(robot)
+    done = [type(message) for message in robot.performed]
+    assert next(kind for kind in done if kind in (Ask, SetPosition)) is first
+
+
+@pytest.mark.parametrize(
+    ("confidence", "plates", "by"),
+    [(0.99, [], "belief"), (0.8, [plate("r-5303")], "camera"), (0.8, [plate(None)] * 2, "person")],
+)
+def test_the_layer_that_made_sure_is_named(confidence, plates, by) -> None:
+    robot = ScriptedRobot(belief=position("r-5303", confidence), plates=plates)
+    outcome, _ = play(go_to("r-5303", PATIENCE, layered()), robot.outcome)
+    (arrival,) = outcome.arrivals
+    assert (arrival.room, arrival.by) == ("r-5303", by)
+
+
 @pytest.mark.parametrize("seen", [plate(None), failed("camera_gone"), failed("no_handler")])
 def test_a_person_is_asked_where_the_camera_sees_nothing(seen) -> None:
     robot = ScriptedRobot(belief=position("r-5303", 0.8), plates=[seen], answers=[typed("y")])
@@ -91,7 +137,8 @@ def test_a_person_is_asked_where_the_camera_sees_nothing(seen) -> None:
 
 def test_a_plate_of_another_room_is_told_the_navigator_without_asking_anybody() -> None:
     robot = ScriptedRobot(
-        belief=position("r-5303", 0.3), plates=[plate("r-5305", 0.99), plate("r-5303", 0.99)]
+        belief=position("r-5303", 0.3),
+        plates=[plate("r-5305", 0.99), plate("r-5305", 0.99), plate("r-5303", 0.99)],
     )
     kind, _ = arrive(robot)
     assert kind == "done"
@@ -143,6 +190,8 @@ def test_how_sure_is_sure_enough_can_be_said(sure: float, asked: int) -> None:
 
 def test_a_layer_of_ones_own_takes_its_place_in_the_list() -> None:
     class Beacon:
+        name = "beacon"
+
         def look(self, doubt: Doubt) -> Part[Evidence | None]:
             yield Tell("A beacon was heard.")
             return Evidence({doubt.room or "": 1.0}, 1e-6)

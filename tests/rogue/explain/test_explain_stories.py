@@ -23,6 +23,7 @@ from rogue.explain import (
     told,
 )
 from rogue.messages import Closing, DeliveryRequest, Filled, RequestState, StepView
+from rogue.outcomes import Arrival
 from rogue.prodigy import Decided, Execute, Failed, RuleSet, Search
 
 MAIL = Errand("mitchell", "delivermail", "r-5303", "r-5313")
@@ -301,3 +302,24 @@ def test_what_is_not_of_the_office_stays_as_it_is() -> None:
     assert in_words("<stack a b>") == "<stack a b>"
     assert in_words("(on a b)") == "(on a b)"
     assert in_words("<goto-pickup-loc mitchell>") == "<goto-pickup-loc mitchell>"
+
+
+def test_a_drive_tells_what_made_sure_of_each_arrival() -> None:
+    arrivals = (
+        Arrival(room="r-5305", by="camera", sure=0.99),
+        Arrival(),
+        Arrival(room="r-5303", by="belief", sure=0.985),
+    )
+    step = StepView(
+        operator="goto-pickup-loc mitchell r-5303",
+        state="done",
+        started=60.0,
+        ended=400.0,
+        outcome=None,
+        arrivals=arrivals,
+    )
+    assert story(Record(request=request(), steps=[step]))[2].sentence == (
+        "Driving to r-5303 to fetch something for mitchell was done; the door plate made sure of "
+        "r-5305, then nothing made sure where it was, then the navigator's belief made sure of "
+        "r-5303."
+    )
