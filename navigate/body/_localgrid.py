@@ -28,7 +28,9 @@ CELL = 0.1
 """Metres along a side of a cell."""
 
 SIDE = 64
-"""Cells along a side of the grid, so that it reaches 3.2 m to either side of the robot."""
+"""Cells along a side of the grid, a power of two: it reaches 3.2 m to either side of the robot."""
+
+_WITHIN = SIDE - 1
 
 REACH = 2.9
 """Metres from the ring within which echoes are entered."""
@@ -46,9 +48,29 @@ SHORT_OF_ECHO = 0.25
 BEAM_STEP = 3
 """One of so many beams of the striper is entered: three degrees are a cell at 2 m."""
 
-_BEAMS: Floats = np.linspace(-STRIPER_VIEW / 2, STRIPER_VIEW / 2, STRIPER_BEAMS)
-_RAYS: Floats = np.array([-0.6, 0.0, 0.6]) * CONE_HALF
+APART = 0.85
+"""Metres from which the rays of a cone lie in different cells."""
+
 _STEPS: Floats = np.arange(0.05, REACH, CELL)
+_Rays = tuple[Floats, Floats, Floats]
+"""Where they begin, x and y, and in which directions they go."""
+
+_Fan = tuple[Floats, Floats, Floats]
+"""Points ahead and to the left of where a ray begins, and how far out they are."""
+
+
+def _fan(rays: Floats, steps: Floats, *, apart: float) -> _Fan:
+    """Points on rays, and how far out they are; on those but the middle one from ``apart`` on."""
+    look, out = (part.ravel() for part in np.meshgrid(rays, steps, indexing="ij"))
+    wanted = (look == 0.0) | (out >= apart)
+    look, out = look[wanted], out[wanted]
+    return out * np.cos(look), out * np.sin(look), out
+
+
+_RAYS: Floats = np.array([-0.6, 0.0, 0.6]) * CONE_HALF
+_CONE = _fan(_RAYS, _STEPS, apart=APART)
+_BEAMS: Floats = np.linspace(-STRIPER_VIEW / 2, STRIPER_VIEW / 2, STRIPER_BEAMS)[::BEAM_STEP]
+_BEAM = _fan(np.zeros(1), _STEPS[_STEPS > STRIPER_NEAREST], apart=0.0)
 
 
 class LocalGrid:
@@ -75,47 +97,42 @@ class LocalGrid:
                 self._evidence[(stale,) if axis == 0 else (slice(None), stale)] = 0.0
         self._corner = corner
 
-    def hear(self, pose: Pose, bearings: Floats, ranges: Floats) -> None:
-        """Enter readings (k,) of sonars at ``bearings`` on a robot at ``pose``.
+    def hear(self, poses: Pose | Floats, bearings: Floats, ranges: Floats) -> None:
+        """Enter readings (k,) of sonars at ``bearings`` on a robot at one pose, or at k of them.
 
         One without an echo may have glanced off a wall, so it says little.
         """
-        axes = pose[2] + bearings
-        x = pose[0] + RING_RADIUS * np.cos(axes)
-        y = pose[1] + RING_RADIUS * np.sin(axes)
-        look = axes[:, None] + _RAYS
-        cos, sin = np.cos(look), np.sin(look)
+        mount = np.broadcast_to(np.asarray(poses), (len(ranges), 3))
+        look = mount[:, 2] + bearings
+        x = mount[:, 0] + RING_RADIUS * np.cos(look)
+        y = mount[:, 1] + RING_RADIUS * np.sin(look)
         heard = np.isfinite(ranges)
         short = np.where(heard, ranges - SHORT_OF_ECHO, REACH)
-        passed = short[:, None, None] > _STEPS
-        ray_x = x[:, None, None] + cos[..., None] * _STEPS
-        ray_y = y[:, None, None] + sin[..., None] * _STEPS
-        for which, gain in ((heard, FREE), (~heard, FAINT)):
-            cells = np.repeat(passed & which[:, None, None], len(_RAYS), axis=1)
-            self._add(ray_x[cells], ray_y[cells], gain)
+        self._pass((x, y, look), short, np.where(heard, FREE, FAINT), _CONE)
         near = ranges < REACH
-        hit = ranges[near, None]
-        hit_x, hit_y = x[near, None] + cos[near] * hit, y[near, None] + sin[near] * hit
-        self._add(hit_x.ravel(), hit_y.ravel(), OCCUPIED)
+        if near.any():
+            rays = look[near, None] + _RAYS
+            self._meet((x[near, None], y[near, None], rays), ranges[near, None])
         np.clip(self._evidence, -MOST, MOST, out=self._evidence)
 
-    def see(self, pose: Pose, beams: Floats) -> None:
-        """Enter the beams (31,) of the light striper of a robot at ``pose``; none if empty.
+    def see(self, poses: Pose | Floats, beams: Floats) -> None:
+        """Enter the beams (31,) of the light striper of a robot at a pose, or n times as many.
 
-        A beam is a line, so what it meets is where it ends, and what it passes is free.
+        A beam is a line, so what it meets is where it ends, and what it passes is free. Without
+        beams nothing is entered.
         """
-        if len(beams) != len(_BEAMS):
+        if beams.size == 0 or beams.shape[-1] != STRIPER_BEAMS:
             return
-        beams = beams[::BEAM_STEP]
-        look = pose[2] + _BEAMS[::BEAM_STEP]
-        cos, sin = np.cos(look)[:, None], np.sin(look)[:, None]
-        x = pose[0] + STRIPER_AHEAD * math.cos(pose[2])
-        y = pose[1] + STRIPER_AHEAD * math.sin(pose[2])
-        passed = ((beams - CELL)[:, None] > _STEPS) & (_STEPS > STRIPER_NEAREST)
-        self._add((x + cos * _STEPS)[passed], (y + sin * _STEPS)[passed], FREE)
-        near = beams < STRIPER_FARTHEST
-        met = beams[near, None]
-        self._add((x + cos[near] * met).ravel(), (y + sin[near] * met).ravel(), OCCUPIED)
+        taken = np.atleast_2d(beams)[:, ::BEAM_STEP]
+        mount = np.broadcast_to(np.asarray(poses), (len(taken), 3))[:, :, None]
+        look = (mount[:, 2] + _BEAMS).ravel()
+        x, y = mount[:, 0] + np.zeros(len(_BEAMS)), mount[:, 1] + np.zeros(len(_BEAMS))
+        x = (x + STRIPER_AHEAD * np.cos(mount[:, 2])).ravel()
+        y = (y + STRIPER_AHEAD * np.sin(mount[:, 2])).ravel()
+        ranges = taken.ravel()
+        self._pass((x, y, look), ranges - CELL, np.full(len(x), FREE), _BEAM)
+        near = ranges < STRIPER_FARTHEST
+        self._meet((x[near], y[near], look[near]), ranges[near])
         np.clip(self._evidence, -MOST, MOST, out=self._evidence)
 
     def evidence(self, x: Floats, y: Floats) -> Floats:
@@ -131,10 +148,29 @@ class LocalGrid:
         corner = np.array(self._corner)
         return np.asarray((corner + (found - corner) % SIDE + 0.5) * CELL)
 
-    def _add(self, x: Floats, y: Floats, gain: float) -> None:
-        """Add evidence at points, once to each cell however many of them it holds."""
+    def _pass(self, rays: _Rays, short: Floats, gains: Floats, fan: _Fan) -> None:
+        """Enter what the fans on k rays pass up to so many metres."""
+        (x, y, look), (ahead, left, out) = rays, fan
+        cos, sin = np.cos(look)[:, None], np.sin(look)[:, None]
+        weights = (short[:, None] > out) * gains[:, None]
+        self._add(
+            x[:, None] + cos * ahead - sin * left, y[:, None] + sin * ahead + cos * left, weights
+        )
+
+    def _meet(self, rays: _Rays, ranges: Floats) -> None:
+        """Enter what rays meet at their ends."""
+        x, y, look = rays
+        ends = (x + ranges * np.cos(look), y + ranges * np.sin(look))
+        self._add(*ends, np.full(ends[0].shape, OCCUPIED))
+
+    def _add(self, x: Floats, y: Floats, gains: Floats) -> None:
+        """Add evidence at points within the grid."""
         columns, rows = self._cells(x, y)
-        self._evidence[columns % SIDE, rows % SIDE] += gain
+        off = (columns - self._corner[0]) | (rows - self._corner[1])
+        gains = np.where(off & ~_WITHIN, 0.0, gains)
+        cells = (columns & _WITHIN) * SIDE + (rows & _WITHIN)
+        added = np.bincount(cells.ravel(), gains.ravel(), SIDE * SIDE)
+        self._evidence += added.reshape(SIDE, SIDE)
 
     @staticmethod
     def _cells(x: Floats, y: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -32,13 +32,24 @@ from navigate.position._beacons import BeaconTracker
 from navigate.position._localizer import NO_BEAMS, Belief, Estimate
 from navigate.position._markov_belief import MarkovBelief
 from navigate.position._policy import Choice, Picking, Policy
+from navigate.position._readings import Readings, seen_from
 from navigate.position._search import search
 from navigate.position._sonar_model import SonarModel
+
+BATCH = 24
+"""Readings of sonars by which the pose is corrected at a time: a ring."""
+
+BATCH_METRES = 0.3
+"""Metres after which it is corrected by those that there are."""
+
+MOST_READINGS = 240
+"""Readings that are kept for the grid at most."""
 
 MEMORY = 0.012
 """Weight of a new reading in the running share of readings that agree."""
 
 LOST_AGREEMENT = 0.5
+SOUND_AGREEMENT = 0.65
 FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
 LOST_MASS = 0.02
@@ -46,6 +57,9 @@ LOST_MASS = 0.02
 
 RIVAL_MASS = 0.5
 """Mass near another pose from which that is."""
+
+BESIDE = 3.0
+"""Metres from a sound pose within which belief that has settled elsewhere is a slip of cells."""
 
 SUPPORT = 1.6
 """Metres from the tracked pose within which cells speak for it: it may lie between two."""
@@ -78,7 +92,8 @@ class PomdpLocalizer:
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
-        "agreement", "markov", "_tracker", "_reports", "_grid", "_support", "_rivalled",
+        "agreement", "markov", "_tracker", "_reports", "_readings", "_grid",
+        "_support", "_rivalled",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, known: bool = True) -> None:
@@ -86,6 +101,7 @@ class PomdpLocalizer:
         self.markov = MarkovBelief.of_floor(floor)
         self._tracker = BeaconTracker(floor)
         self._reports = MotionReports()
+        self._readings = Readings()
         self._grid = LocalGrid()
         self.agreement, self._support, self._rivalled = 1.0, 1.0, False
         start = floor.plan.start
@@ -134,6 +150,7 @@ class PomdpLocalizer:
         """Believe to be at ``pose``, give or take: standard deviations in metres and radians."""
         self._tracker.place(pose, spread=spread, turn_spread=turn_spread)
         self._reports.begin(pose[2])
+        self._readings.clear()
         self._grid.clear()
         self.markov.know(pose, spread=spread, turn_spread=turn_spread)
         self.agreement = 1.0
@@ -148,26 +165,42 @@ class PomdpLocalizer:
         if motion.still():
             return
         self._tracker.move(motion)
-        self._align()
         for report in self._reports.move(motion):
+            self._read(still=False)
             self.markov.report(report)
             if isinstance(report, Moved):
                 self._see()
             self._weigh()
-        self._grid.follow(*self._reports.pose[:2])
 
     def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
-        """Enter what is fresh of ``ranges``, and the striper, in the grid; track by the sonars."""
-        heard = np.array(fresh_sonars(fresh), dtype=np.intp)
-        self._grid.see(self._reports.pose, striper)
-        self._grid.hear(self._reports.pose, BEARINGS[heard], ranges[heard])
-        heard = heard[np.isfinite(ranges[heard])]
-        if len(heard) == 0:
+        """Take in the fresh ones of 24 ``ranges``; they are made use of a ring at a time."""
+        self._readings.add(self._reports.pose, fresh_sonars(fresh), ranges, striper)
+        if self._readings.fresh >= BATCH or self._tracker.metres >= BATCH_METRES:
+            self._read(still=still)
+        if self._readings.count >= MOST_READINGS:
+            self._enter()
+
+    def _read(self, *, still: bool) -> None:
+        """Track by what was heard since the last time."""
+        heard = self._readings.latest()
+        sound = np.isfinite(heard.ranges)
+        if not sound.any():
+            self._tracker.settle()
             return
-        agrees = self._tracker.sense(BEARINGS[heard], ranges[heard], still=still)
+        sonars = seen_from(self._reports.pose, heard)[sound]
+        agrees = self._tracker.sense(sonars, heard.ranges[sound], still=still)
         memory = MEMORY * (0.3 if still else 1.0)
         for one in agrees.tolist():
             self.agreement += memory * (one - self.agreement)
+        self._align()
+
+    def _enter(self) -> None:
+        """Enter what was heard and seen in the grid."""
+        heard, seen = self._readings.everything()
+        self._readings.clear()
+        self._grid.follow(*self._reports.pose[:2])
+        self._grid.see(seen.poses, seen.beams)
+        self._grid.hear(heard.poses, BEARINGS[heard.sonars], heard.ranges)
 
     def notice(self, spots: Sequence[Point], *, within: float, sure: float) -> None:
         """Weigh the cells by a sight that is to be had near one of ``spots``."""
@@ -217,6 +250,7 @@ class PomdpLocalizer:
             self._reports.align(self._reports.pose[2] - self._tracker.pose[2])
 
     def _see(self) -> None:
+        self._enter()
         if self.agreement < LOST_AGREEMENT:
             self.markov.forget(CONTRADICTED * (LOST_AGREEMENT - self.agreement) / LOST_AGREEMENT)
             if (axis := find_axis(self._grid)) is not None:
@@ -233,6 +267,15 @@ class PomdpLocalizer:
         x, y, theta = self._tracker.pose
         self._support = self.markov.mass((x, y), within=SUPPORT, heading=theta)
         self._rivalled = self._support < LOST_MASS and self._rival() > RIVAL_MASS
+        if self._rivalled and self.agreement >= SOUND_AGREEMENT and self._is_beside():
+            self.markov.know((x, y, theta), share=FOUND_MASS)
+            self._support = self.markov.mass((x, y), within=SUPPORT, heading=theta)
+            self._rivalled = False
+
+    def _is_beside(self) -> bool:
+        """Whether the most likely state is but a few cells off the tracked pose."""
+        x, y, _ = self.markov.likely()
+        return math.dist((x, y), self._tracker.pose[:2]) < BESIDE
 
     def _rival(self) -> float:
         """How much of the belief speaks for the most likely state."""

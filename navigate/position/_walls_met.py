@@ -1,0 +1,145 @@
+"""What a sonar meets of a map: the nearest wall, shut door or tip of a wall in its cone.
+
+Where that is met at right angles, or is the end of its line such as a door's jamb, its distance is
+exact however wide the cone is, and so a *beacon*. After Leonard & Durrant-Whyte, Mobile Robot
+Localization by Tracking Geometric Beacons (1991).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navigate.body import CONE_HALF
+from navigate.maps import Floats, Floor
+
+REACH = 4.0
+"""Metres within which walls are beacons, and beyond which a reading only says that none is."""
+
+TILE = 1.0
+"""Metres along a side of the squares for which the walls around are kept."""
+
+PARALLEL = 1e-12
+"""Keeps a line along the border of a cone from being divided by zero."""
+
+_TANGENT = math.tan(CONE_HALF)
+_SIDES: Floats = np.array([1.0, -1.0])[:, None, None]
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Nearest:
+    """The nearest points that k sonars meet.
+
+    ``distance`` has shape (k,), inf for nothing; ``ahead`` and ``aside`` are the points in the
+    frame of each sonar, metres; ``sharp`` says which of them are beacons.
+    """
+
+    distance: Floats
+    ahead: Floats
+    aside: Floats
+    sharp: Flags
+
+
+class _Lines:
+    """Segments (m, 4), and what is reckoned of them once."""
+
+    def __init__(self, lines: Floats, walls: int) -> None:
+        self.walls = walls
+        self.count = len(lines)
+        way = lines[:, 2:] - lines[:, :2]
+        self.ends: Floats = np.ascontiguousarray(np.concatenate([lines[:, :2], way]).T)
+        self.lengths: Floats = np.maximum((way**2).sum(axis=1), PARALLEL)
+
+
+class WallsMet:
+    """The walls and doors of a floor, looked up by place."""
+
+    def __init__(self, floor: Floor) -> None:
+        doors = np.array([door.segment() for door in floor.doors.values()]).reshape(-1, 4)
+        self._lines = np.concatenate([floor.walls, doors])
+        self._first_door = len(floor.walls)
+        self._around: dict[tuple[int, int], _Lines] = {}
+
+    def nearest(self, sonars: Floats) -> tuple[Nearest, Nearest]:
+        """What each of k sonars meets with all doors open, and with all of them shut.
+
+        Args:
+            sonars: x and y in metres, and the direction of look: shape (k, 3), about one place.
+        """
+        lines = self._lines_around(float(sonars[0, 0]), float(sonars[0, 1]))
+        return nearest_points(lines.ends, lines.lengths, lines.walls, sonars)
+
+    def _lines_around(self, x: float, y: float) -> _Lines:
+        """The lines in reach of a point."""
+        tile = (math.floor(x / TILE), math.floor(y / TILE))
+        if tile not in self._around:
+            middle = (np.array(tile) + 0.5) * TILE
+            reach = REACH + TILE
+            corners = self._lines.reshape(-1, 2, 2)
+            near = (corners.min(axis=1) < middle + reach).all(axis=1)
+            near &= (corners.max(axis=1) > middle - reach).all(axis=1)
+            walls = int(near[: self._first_door].sum())
+            self._around[tile] = _Lines(self._lines[near], walls)
+        return self._around[tile]
+
+
+def nearest_points(
+    ends: Floats, lengths: Floats, walls: int, sonars: Floats
+) -> tuple[Nearest, Nearest]:
+    """What k sonars meet of the first ``walls`` of m lines, and of all of them.
+
+    Args:
+        ends: x and y of where lines begin, then their ways to where they end: shape (2, 2 m).
+        lengths: the squares of their lengths, shape (m,).
+        walls: how many lines are no doors.
+        sonars: x, y, direction: shape (k, 3).
+    """
+    count, lines = len(sonars), len(lengths)
+    if lines == 0:
+        return _nothing(count), _nothing(count)
+    cos, sin = np.cos(sonars[:, 2]), np.sin(sonars[:, 2])
+    turned = np.stack([cos, sin, -sin, cos], axis=1).reshape(count, 2, 2) @ ends
+    turned = turned.transpose(1, 0, 2)
+    way = turned[:, :, lines:]
+    start = turned[:, :, :lines]
+    start[0] -= (cos * sonars[:, 0] + sin * sonars[:, 1])[:, None]
+    start[1] -= (cos * sonars[:, 1] - sin * sonars[:, 0])[:, None]
+    first, last = _within_cone(start, way)
+    foot = -(start * way).sum(axis=0) / lengths
+    at = np.minimum(np.maximum(foot, first), last)
+    points = start + at * way
+    squares = (points**2).sum(axis=0)
+    squares[first > last] = math.inf
+    sharp = (at == foot) | (at == 0.0) | (at == 1.0)
+    opened = _pick(squares[:, :walls], points, sharp) if walls else _nothing(count)
+    return opened, _pick(squares, points, sharp)
+
+
+def _within_cone(start: Floats, way: Floats) -> tuple[Floats, Floats]:
+    """The shares of lines at which they enter and leave cones; the first is greater outside."""
+    inside = _TANGENT * start[0] + _SIDES * start[1]
+    change = _TANGENT * way[0] + _SIDES * way[1]
+    change += PARALLEL
+    crossing = inside
+    crossing /= -change
+    entering = change > 0.0
+    first = np.where(entering, crossing, 0.0).max(axis=0)
+    last = np.where(entering, 1.0, crossing).min(axis=0)
+    return np.maximum(first, 0.0), np.minimum(last, 1.0)
+
+
+def _pick(squares: Floats, points: Floats, sharp: Flags) -> Nearest:
+    rows, picked = np.arange(len(squares)), squares.argmin(axis=1)
+    distance = np.sqrt(squares[rows, picked])
+    ahead, aside = points[:, rows, picked]
+    return Nearest(distance, ahead, aside, sharp[rows, picked])
+
+
+def _nothing(count: int) -> Nearest:
+    zeros = np.zeros(count)
+    return Nearest(np.full(count, math.inf), zeros, zeros, np.zeros(count, dtype=np.bool_))
