@@ -17,9 +17,8 @@ import math
 import time
 
 import zenoh
-from zenoh.handlers import Callback
 
-from tca_bus._bridge import Answer, Mailbox, attachment_of, payload_of
+from tca_bus._bridge import Answer, attachment_of, payload_of
 from tca_bus._core import Core
 from tca_bus._envelope import Stamp
 from tca_bus._errors import ClosedError, PeerLostError
@@ -27,7 +26,6 @@ from tca_bus._faults import ERROR_TYPE
 from tca_bus._keys import parse_sender
 from tca_bus._pending import Call, PendingCalls
 from tca_bus._presence import PresenceChange, PresentModule
-from tca_bus._session import MAILBOX_SIZE
 from tca_bus._wire import Payload
 
 logger = logging.getLogger(__name__)
@@ -52,10 +50,10 @@ class Asking:
     def begin(self) -> None:
         """Listen to answers, and to who is lost or comes back."""
         core = self._core
-        box = Mailbox[zenoh.Sample](self._take, size=MAILBOX_SIZE)
+        box, post = core.session.mailbox(self._take)
         core.tally.counters["answers"] = lambda: box.dropped
         key = core.keys.answers_to(core.name, core.incarnation)
-        core.session.zenoh.declare_subscriber(key, Callback(box.post))
+        core.session.zenoh.declare_subscriber(key, post)
         core.presence.listen(self._presence_changed)
         core.presence.listen_to_returns(self._returned)
 

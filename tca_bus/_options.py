@@ -34,7 +34,8 @@ class BusOptions(BaseModel):
     ``connect_timeout`` the wall seconds to wait for a router, ``clock`` what `Module.clock`
     follows: the wall, or the simulated time that the robot broadcasts. ``links`` says how messages
     travel: through the router, or directly between modules that all chose so; see
-    docs/benchmarks.md for what that gains and costs.
+    docs/benchmarks.md for what that gains and costs. With ``ordered`` a module is handed all that
+    comes in the order of its coming, whatever its type; one on simulated time always is.
 
     ``keys`` is a folder of 'tca keys', from which a module takes what is there for its name: a
     certificate on an encrypted endpoint, a password elsewhere. ``user`` and ``password`` go
@@ -54,11 +55,17 @@ class BusOptions(BaseModel):
     user: str | None = None
     password: SecretStr | None = None
     links: Literal["router", "direct"] = "router"
+    ordered: bool = False
 
     @property
     def is_direct(self) -> bool:
         """Whether modules are linked to each other."""
         return self.links == "direct"
+
+    @property
+    def keeps_order(self) -> bool:
+        """Whether messages of different types keep their order on the way to the handlers."""
+        return self.ordered or self.clock == "sim"
 
     def __init__(self, **values: Any) -> None:
         try:

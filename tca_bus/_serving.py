@@ -9,10 +9,9 @@ from typing import Any, NamedTuple, Protocol
 
 import zenoh
 from pydantic import ValidationError
-from zenoh.handlers import Callback
 
 from tca_bus._answers import AnswerCache
-from tca_bus._bridge import Answer, Mailbox, attachment_of, payload_of, query_payload
+from tca_bus._bridge import Answer, attachment_of, payload_of, query_payload
 from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._envelope import INCARNATION_PATTERN, Envelope, begin_handling, read_envelope
@@ -81,16 +80,18 @@ class QueryServer:
         """Declare the subscriber of published queries and the queryable of Zenoh's own."""
         core = self._core
         self._turns.begin()
-        calls = Mailbox[zenoh.Sample](self._take_call, size=MOST_WAITING, refuse=self._refuse_call)
+        calls, post_call = core.session.mailbox(
+            self._take_call, size=MOST_WAITING, refuse=self._refuse_call
+        )
         core.tally.counters["call"] = lambda: calls.dropped
         key = core.keys.calls_to(core.name, core.incarnation)
-        core.session.zenoh.declare_subscriber(key, Callback(calls.post))
-        queries = Mailbox[zenoh.Query](
+        core.session.zenoh.declare_subscriber(key, post_call)
+        queries, post_query = core.session.mailbox(
             self._take_query, size=MOST_WAITING, refuse=self._refuse_query
         )
         core.tally.counters["query"] = lambda: queries.dropped
         key = core.keys.queries_to(core.name, core.incarnation)
-        core.session.zenoh.declare_queryable(key, Callback(queries.post))
+        core.session.zenoh.declare_queryable(key, post_query)
         core.spawn(self._keep_handlers(), name=f"{core.name}.queries")
 
     async def _keep_handlers(self) -> None:

@@ -7,12 +7,12 @@ import json
 import logging
 import time
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import zenoh
 from zenoh.handlers import Callback
 
-from tca_bus._bridge import Answer, Mailbox, ask, call_on
+from tca_bus._bridge import Answer, Arrivals, Mailbox, ask, call_on
 from tca_bus._credentials import Credentials, credentials_for
 from tca_bus._diagnosis import Door, explain
 from tca_bus._errors import BusGoneError, ConfigError, RefusedError
@@ -21,6 +21,8 @@ from tca_bus._options import BusOptions
 from tca_bus._wire import Payload
 
 logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 OPEN_SLICE_MS = 500
 """One try to open; a cancelled module waits for at most this long."""
@@ -124,6 +126,7 @@ class Session:
         self.is_direct = options.is_direct
         self.can_send = False
         self.zenoh: zenoh.Session
+        self._arrivals: Arrivals | None = None
         # Zenoh's own flag waits for a lock without giving up the GIL: if a callback that runs
         # under that lock needs the GIL, both wait for ever.
         self.is_closed = False
@@ -131,6 +134,7 @@ class Session:
 
     async def __aenter__(self) -> Self:
         self.zenoh = await self._open()
+        self._arrivals = Arrivals(batch=1) if self._options.keeps_order else None
         self._set_up(is_up=True)
         box = Mailbox[zenoh.TransportEvent](self._transport_event, size=MAILBOX_SIZE)
         self.zenoh.info.declare_transport_events_listener(Callback(box.post), history=False)
@@ -177,11 +181,32 @@ class Session:
         """Ask Zenoh itself, for the moment before its event has arrived."""
         return bool(self.zenoh.info.routers_zid())
 
+    def mailbox(
+        self,
+        consume: Callable[[T], int | None],
+        *,
+        size: int = MAILBOX_SIZE,
+        refuse: Callable[[T], None] | None = None,
+    ) -> tuple[Mailbox[T], Callback[T]]:
+        """A mailbox, and the Zenoh callback that posts to it.
+
+        Where the options ask for order, it keeps one with all others of this session.
+        """
+        box = Mailbox(consume, size=size, refuse=refuse, arrivals=self._arrivals)
+        return box, Callback(box.post, indirect=self._arrivals is None)
+
     async def ask(
         self, key: str, payload: Payload, *, attachment: bytes, timeout: float
     ) -> Answer | None:
         """Send one query; see `tca_bus._bridge.ask`."""
-        return await ask(self.zenoh, key, payload, attachment=attachment, timeout=timeout)
+        return await ask(
+            self.zenoh,
+            key,
+            payload,
+            attachment=attachment,
+            timeout=timeout,
+            arrivals=self._arrivals,
+        )
 
     def put(self, key: str, payload: Payload, *, attachment: bytes, block: bool) -> None:
         """Publish; with ``block`` it is not dropped when the link is congested."""

@@ -6,9 +6,8 @@ from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import zenoh
-from zenoh.handlers import Callback
 
-from tca_bus._bridge import Mailbox, attachment_of, payload_of
+from tca_bus._bridge import attachment_of, payload_of
 from tca_bus._context import Context
 from tca_bus._core import Core
 from tca_bus._envelope import Envelope, begin_handling, new_stamp, read_envelope
@@ -18,7 +17,6 @@ from tca_bus._keys import parse_sender
 from tca_bus._messages import Message, MessageClass
 from tca_bus._outlets import Outlets
 from tca_bus._serving import ContextFactory
-from tca_bus._session import MAILBOX_SIZE
 from tca_bus._subscription import Subscription
 from tca_bus._wire import Payload, decode_messages
 
@@ -46,9 +44,9 @@ class Topic:
         self._key = key
         self._decode = decode
         self.sinks: tuple[Sink, ...] = ()
-        box = Mailbox[zenoh.Sample](self._take, size=MAILBOX_SIZE)
+        box, post = core.session.mailbox(self._take)
         core.tally.counters[key] = lambda: box.dropped
-        self._subscriber = core.session.zenoh.declare_subscriber(key, Callback(box.post))
+        self._subscriber = core.session.zenoh.declare_subscriber(key, post)
 
     def _take(self, sample: zenoh.Sample) -> int:
         sender = parse_sender(str(sample.key_expr))

@@ -64,6 +64,38 @@ async def test_informs_are_handled_in_order_one_at_a_time(options):
         assert got == [number for number in range(20) if number != 5]
 
 
+@pytest.mark.parametrize("way", [{"ordered": True}, {"clock": "sim"}])
+async def test_what_one_module_sends_is_taken_in_that_order_whatever_it_is(options, way):
+    options = options.model_copy(update=way)
+    server, got = Module("server", options=options), []
+
+    @server.handler(Note)
+    async def note(message, context):
+        got.append(message.number)
+
+    @server.handler(Said)
+    async def said(message, context):
+        got.append(int(message.text))
+
+    @server.handler(Weigh)
+    async def weigh(message, context):
+        got.append(-1)
+        return 1.0
+
+    async with server, Module("sender", options=options) as sender:
+        await sender.query(Weigh())
+        for number in range(0, 300, 3):
+            await sender.broadcast(Said(text=str(number)))
+            await sender.inform(Note(number=number + 1))
+            asked = asyncio.create_task(sender.query(Weigh()), name="weigh")
+            await asyncio.sleep(0)
+            await sender.broadcast(Said(text=str(number + 2)))
+            await asked
+        await eventually(lambda: len(got) == 401)
+    expected = [(number, number + 1, -1, number + 2) for number in range(0, 300, 3)]
+    assert got == [-1, *(one for four in expected for one in four)]
+
+
 async def test_many_informs_at_once_arrive_in_order_each_by_itself(options):
     server = Module("server", options=options)
     got: list[int] = []

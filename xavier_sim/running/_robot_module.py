@@ -53,7 +53,7 @@ class RobotModule:
         witness: Witness | None = None,
     ) -> None:
         self._state, self._store, self._witness = state, store, witness
-        wall = options.model_copy(update={"clock": "wall"})
+        wall = options.model_copy(update={"clock": "wall", "ordered": True})
         self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._present: dict[str, str] = {}
