@@ -145,7 +145,13 @@ class Navigator:
             outcome=drive.failure.reason if drive.failure else "arrived",
             goal_mass=self.mass_at(drive.goal),
             entropy=round(self.localizer.belief().entropy, 4),
+            door=self._room_behind(drive.door) if drive.door else None,
         )
+
+    def _room_behind(self, door: str) -> str | None:
+        """The room that one enters by a door."""
+        spaces = self.floor.doors[door].spaces
+        return next((space for space in spaces if space in self.floor.places), None)
 
     def mass_at(self, goal: Point) -> float:
         """The share of belief at a point in metres, 0 to 1."""

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 
 class Outcome(BaseModel):
-    """What came of an effect: a value, or the name and the sentence of a failure."""
+    """What came of an effect: a value, or a failure's name and sentence, with its data as value."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -41,6 +41,10 @@ class Trouble(enum.StrEnum):
     """Somebody there said that it cannot be done."""
     BLOCKED = "blocked"
     """There is no way to the room now."""
+    SHUT_IN = "shut_in"
+    """The robot cannot get out of the room in which it is."""
+    HINDERED = "hindered"
+    """There is a way to the room, and the robot did not manage it this time."""
     UNSURE = "unsure"
     """Nothing could make sure that this is the room."""
     MISTAKEN = "mistaken"

@@ -75,6 +75,13 @@ class Drive:
         """Troubles that the robot met and dealt with by itself."""
         return len(self.troubles) - (self.failure is not None and self.failure.by_trouble)
 
+    @property
+    def door(self) -> str | None:
+        """The door that ended the drive, None if none did."""
+        met = self.troubles[-1] if self.troubles else None
+        ended = self.failure is not None and self.failure.by_trouble
+        return met.door if ended and isinstance(met, DoorShut | DoorMissed) else None
+
     def meet(self, trouble: Trouble) -> None:
         """Count a trouble.
 

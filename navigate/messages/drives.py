@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from navigate.messages.places import RoomName
 from navigate.messages.position import Position
 from tca_bus import Broadcast, Goal, Query
 
@@ -43,7 +44,8 @@ class NavigationReport(BaseModel):
     ``outcome`` says how it ended, ``position`` where the robot is believed to be then;
     ``goal_mass`` is the share of belief at the goal, 0 to 1, and ``entropy`` that of the belief in
     bits, None where nobody knows. A low share with ``arrived`` is a success to be doubted: look
-    before you act on it.
+    before you act on it. ``door`` is the room whose door ended it as ``door_blocked``: the goal's,
+    or that of a room on the way, such as the one in which the robot is shut in.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -55,6 +57,7 @@ class NavigationReport(BaseModel):
     outcome: NavigationOutcome = "arrived"
     goal_mass: float | None = Field(default=None, ge=0.0, le=1.0)
     entropy: float | None = Field(default=None, ge=0.0)
+    door: RoomName | None = None
 
 
 class NavigateToGoal(Goal[NavigationReport]):

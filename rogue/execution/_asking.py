@@ -19,7 +19,7 @@ def ask(sentences: Sequence[str], question: Ask, patience: Patience) -> Part[Out
     answer = NOTHING
     for _ in range(patience.asks):
         for sentence in sentences:
-            yield from _say(sentence)
+            yield from say(sentence)
         yield Tell("")
         answer = yield Perform(question)
         if answer.failure != NO_ANSWER:
@@ -37,7 +37,8 @@ def typed(answer: Outcome) -> str:
     return Typed.model_validate(answer.value).answer
 
 
-def _say(sentence: str) -> Part[None]:
+def say(sentence: str) -> Part[None]:
+    """Say a sentence; one that cannot be said changes nothing."""
     yield Tell(trace.say_line(sentence))
     said = yield Perform(Say(text=sentence))
     if said.failed:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from rogue import trace
 from rogue.decisions import moved, put_off
 from rogue.execution._effects import Procedure, Urgency
-from rogue.execution._judgement import PASSING, Case, Verdict, judge
+from rogue.execution._judgement import Case, Verdict, judge
 from rogue.execution._operators import (
     ACQUIRE,
     DRIVES,
@@ -37,8 +37,11 @@ from tca_bus import Module
 
 log = logging.getLogger(__name__)
 
-ARRIVED = frozenset({Trouble.BLOCKED, Trouble.UNSURE})
+ARRIVED = frozenset({Trouble.BLOCKED, Trouble.HINDERED, Trouble.UNSURE})
 """Troubles at a room that are over when the robot has got there."""
+
+MET = ARRIVED | {Trouble.NOBODY}
+"""Troubles at a room that are over when somebody there has handed something over."""
 
 OF_ITS_OWN = 100
 """Priority of what the robot needs itself, above that of any errand."""
@@ -161,7 +164,7 @@ class Executor:
         for request in ended:
             await self._book.took_effect(request)
         if outcome.kind == "done" and step.operator != RECHARGE:
-            cured = ARRIVED if step.operator in DRIVES else PASSING
+            cured = ARRIVED if step.operator in DRIVES else MET
             await self.world.take_up(room_of(step), cured)
         await self.after_step()
         return outcome
@@ -214,7 +217,8 @@ class Executor:
 
     def _procedure(self, step: Step) -> Procedure:
         if step.operator in DRIVES:
-            return go_to(room_of(step), self._patience, self._arrival)
+            start = self.world.facts.room
+            return go_to(room_of(step), self._patience, self._arrival, start=start)
         if step.operator == RECHARGE:
             x, y = map(float, step.arguments)
             return recharge(x, y, self._patience.charge)

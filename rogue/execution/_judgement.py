@@ -14,7 +14,15 @@ from rogue.memory import Facts, Hold, PastStep, Step
 from rogue.messages import DeliveryRequest
 from rogue.outcomes import StepOutcome, Trouble
 
-PASSING = frozenset({Trouble.NOBODY, Trouble.BLOCKED, Trouble.UNSURE})
+PASSING = frozenset(
+    {
+        Trouble.NOBODY,
+        Trouble.BLOCKED,
+        Trouble.SHUT_IN,
+        Trouble.HINDERED,
+        Trouble.UNSURE,
+    }
+)
 """Troubles that time may cure."""
 
 
@@ -61,7 +69,7 @@ def judge(case: Case, patience: Patience) -> Verdict:
         return verdict
     for request in case.served:
         _judge_one(case, request, patience, verdict)
-    if case.outcome.trouble in PASSING and verdict.holds:
+    if case.outcome.trouble in PASSING - {Trouble.SHUT_IN} and verdict.holds:
         verdict.holds += [_hold(case, request, patience) for request in case.others]
     return verdict
 
@@ -107,14 +115,16 @@ def _times_before(case: Case, request: DeliveryRequest) -> int:
 
 def _may_wait(case: Case, request: DeliveryRequest, times: int, patience: Patience) -> bool:
     in_time = request.closing is not None or case.now + patience.later < request.deadline
-    return times <= patience.returns and in_time
+    # Whoever is shut in can do nothing else meanwhile.
+    return in_time and (times <= patience.returns or case.outcome.trouble is Trouble.SHUT_IN)
 
 
 def _hold(case: Case, request: DeliveryRequest, patience: Patience) -> Hold:
     until = case.now + patience.later
     reason = case.outcome.reason or "it could not be done"
     trouble = case.outcome.trouble or Trouble.BLOCKED
-    return Hold(request.id, room_of(case.step), until, reason, trouble)
+    room = case.outcome.room if trouble is Trouble.SHUT_IN else None
+    return Hold(request.id, room or room_of(case.step), until, reason, trouble)
 
 
 def _other_room(case: Case, request: DeliveryRequest) -> str | None:

@@ -18,7 +18,7 @@ from navigate.messages import (
     SetPosition,
 )
 from rogue import trace
-from rogue.execution._asking import NO_ANSWER, YES, ask, typed
+from rogue.execution._asking import NO_ANSWER, YES, ask, say, typed
 from rogue.execution._effects import (
     AwaitCharge,
     Believe,
@@ -47,18 +47,28 @@ BLOCKED = frozenset(
 )
 """Failures of navigation that time may cure."""
 
+HINDERED = frozenset(
+    {NavigationFailure.BUMP, NavigationFailure.NO_PROGRESS, NavigationFailure.LOST}
+)
+"""Failures of navigation that another try may cure."""
 
-def go_to(room: str, patience: Patience, verification: Verification) -> Procedure:
-    """GOTO-PICKUP-LOC and GOTO-DELIVER-LOC: drive to a room and make sure that it is the one."""
+LET_ME_OUT = "I am shut in. Please open the door."
+
+
+def go_to(
+    room: str, patience: Patience, verification: Verification, *, start: str | None = None
+) -> Procedure:
+    """GOTO-PICKUP-LOC and GOTO-DELIVER-LOC: drive to a room and make sure that it is the one.
+
+    ``start`` is the room where the robot is, None if it is in none.
+    """
     arrivals: list[Arrival] = []
     arrival: Arrival | None = None
     drive = Outcome()
     for _ in range(patience.tries):
         drive = yield from _drive(room)
         if drive.failure in BLOCKED:
-            yield from _failed("GOTO-LOCATION", room.upper())
-            reason = f"cannot get to {room}, {drive.reason}"
-            return _ended(arrivals, "failed", reason=reason, trouble=Trouble.BLOCKED)
+            return (yield from _blocked(room, drive, start, arrivals))
         arrival = yield from _arrived_at(room, drive, patience, verification)
         arrivals += [arrival] if arrival is not None else []
         if arrival is not None and arrival.room == room:
@@ -69,10 +79,11 @@ def go_to(room: str, patience: Patience, verification: Verification) -> Procedur
     if arrival is not None and arrival.room is not None:
         reason = f"the robot is at {arrival.room}"
         return _ended(arrivals, "elsewhere", room=arrival.room, reason=reason)
-    unsure = Trouble.UNABLE if drive.failed else Trouble.UNSURE
+    trouble = Trouble.UNABLE if drive.failed else Trouble.UNSURE
+    trouble = Trouble.HINDERED if drive.failure in HINDERED else trouble
     why = drive.reason if drive.failed else "unverified: this may be another place"
     reason = f"cannot get to {room} in {patience.tries} tries, {why}"
-    return _ended(arrivals, "failed", reason=reason, trouble=unsure)
+    return _ended(arrivals, "failed", reason=reason, trouble=trouble)
 
 
 def acquire(
@@ -157,6 +168,24 @@ def _navigate(x: float, y: float) -> Part[Outcome]:
         yield Tell(trace.remark(outcome.reason))
     yield Tell("")
     return outcome
+
+
+def _blocked(
+    room: str, drive: Outcome, start: str | None, arrivals: Sequence[Arrival]
+) -> Procedure:
+    """There is no way to a room; whoever is by may open the door behind which the robot is."""
+    shut_in = start is not None and drive.value.get("door") == start != room
+    if shut_in:
+        yield from say(LET_ME_OUT)
+    yield from _failed("GOTO-LOCATION", room.upper())
+    reason = f"cannot get out of {start}" if shut_in else f"cannot get to {room}"
+    return _ended(
+        arrivals,
+        "failed",
+        room=start if shut_in else None,
+        reason=f"{reason}, {drive.reason}",
+        trouble=Trouble.SHUT_IN if shut_in else Trouble.BLOCKED,
+    )
 
 
 def _ended(

@@ -190,7 +190,8 @@ class BusRobot:
             handle = await self._persist(lambda: self._submit(task_id, message, urgency))
             result = await handle.result()
         except TaskFailedError as error:
-            return Outcome(failure=error.failure.name, text=error.failure.text)
+            failure = error.failure
+            return Outcome(failure=failure.name, text=failure.text, value=failure.data or {})
         except KilledError as error:
             return Outcome(failure="killed", text=str(error))
         except TcaError as error:

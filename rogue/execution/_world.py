@@ -50,10 +50,17 @@ class KnownWorld:
     def waits(self, request: DeliveryRequest) -> Hold | None:
         """Why an errand is not gone on with now: something ails the room where it goes next.
 
-        One that is to go back meanwhile, or to another room, does not wait.
+        One that is to go back meanwhile, or to another room, does not wait; but a robot that is
+        shut in serves only the room in which it is.
         """
         room = next_room(request, self.facts.tray)
-        return next((hold for hold in self.holds() if hold.room == room), None)
+        return next((hold for hold in self.holds() if self._hinders(hold, room)), None)
+
+    def _hinders(self, hold: Hold, room: str) -> bool:
+        """Whether what an errand is put off for is in the way of whatever goes to ``room``."""
+        if hold.trouble is Trouble.SHUT_IN:
+            return hold.room == self.facts.room != room
+        return hold.room == room
 
     def next_due(self, requests: Iterable[DeliveryRequest]) -> float | None:
         """When the first of these errands that wait is to be taken up again."""

@@ -91,7 +91,7 @@ class DoorWatcher(Watcher):
 
     async def _opened(self, room: str) -> None:
         self._shut.discard(room)
-        freed = await self._world.take_up(room, {Trouble.BLOCKED})
+        freed = await self._world.take_up(room, {Trouble.BLOCKED, Trouble.SHUT_IN})
         await self._tell([f"The door of {room} is open again: {name} goes on." for name in freed])
 
     async def _tell(self, sentences: list[str]) -> None:

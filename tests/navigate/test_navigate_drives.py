@@ -45,7 +45,9 @@ def test_a_shut_door_is_waited_for_then_reported_and_remembered():
     drive = loop.drive("r-5303")
     assert drive.failure.reason is NavigationFailure.DOOR_BLOCKED
     assert "d-5303" in drive.failure.text
-    assert 40.0 < loop.navigator.report(drive).seconds < 120.0
+    report = loop.navigator.report(drive)
+    assert 40.0 < report.seconds < 120.0
+    assert report.door == "r-5303"
     assert loop.world.truth().bumps == 0
     again = loop.start("r-5303")
     assert again.done

@@ -63,7 +63,8 @@ class Play:
     """A scenario: rules, what users ask, and how the world answers.
 
     ``misses`` gives the room where the robot really ends up when it drives to a room for the
-    n-th time, counted from 0; ``blocked`` are drives that fail. ``silent`` and ``refused`` are
+    n-th time, counted from 0; ``blocked`` are drives that fail, ``shut_in`` those that do so at the
+    door of the room where the robot is. ``silent`` and ``refused`` are
     questions that nobody answers, and that are answered by "impossible": what about, in which
     room, asked there for the n-th time. ``places`` is how many items the tray holds.
     """
@@ -72,6 +73,7 @@ class Play:
     rules: Rules = Rules.WORKING
     misses: dict[tuple[str, int], str] = field(default_factory=dict)
     blocked: frozenset[tuple[str, int]] = frozenset()
+    shut_in: frozenset[tuple[str, int]] = frozenset()
     silent: frozenset[tuple[str, str, int]] = frozenset()
     refused: frozenset[tuple[str, str, int]] = frozenset()
     places: int = 6
@@ -122,6 +124,8 @@ class World:
         self.acts.append(f"drove to {goal}")
         if this_time in self.play.blocked:
             return failed("door_blocked")
+        if this_time in self.play.shut_in:
+            return failed("door_blocked", door=self.room)
         self.now += 30.0
         self.believed, self.room = goal, self.play.misses.get(this_time, goal)
         return Outcome()

@@ -41,8 +41,8 @@ def typed(answer: str) -> Outcome:
     return Outcome(value={"answer": answer, "time": 0.0})
 
 
-def failed(name: str) -> Outcome:
-    return Outcome(failure=name, text=f"it was {name}")
+def failed(name: str, **data: object) -> Outcome:
+    return Outcome(failure=name, text=f"it was {name}", value=data)
 
 
 def position(room: str | None, confidence: float = 0.0) -> Outcome:

@@ -22,6 +22,7 @@ PLAYS = {
     "wrong arrivals": Play((MAIL,), misses={("r-5303", time): "r-5305" for time in range(2)}),
     "nobody in at all": Play((MAIL,), silent=NOBODY_IN),
     "a blocked door": Play((MAIL, FAX), blocked=frozenset({("r-5303", 0)})),
+    "shut in": Play((MAIL,), shut_in=frozenset({("r-5313", 0)})),
     "impossible to deliver": Play((MAIL,), refused=frozenset({("taking", "r-5313", 0)})),
     "put off with a full tray": Play(
         (MAIL, replace(FAX, after_drives=2)),

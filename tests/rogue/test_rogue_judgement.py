@@ -55,7 +55,7 @@ def hopeless(found: Verdict) -> list[str]:
     return [reason for _, reason in found.hopeless]
 
 
-PASSING = [Trouble.NOBODY, Trouble.BLOCKED, Trouble.UNSURE]
+PASSING = [Trouble.NOBODY, Trouble.BLOCKED, Trouble.HINDERED, Trouble.UNSURE]
 
 
 @pytest.mark.parametrize("trouble", PASSING)
@@ -69,6 +69,13 @@ def test_what_time_may_cure_is_tried_again_a_bounded_number_of_times(trouble, ti
         assert (hold.room, hold.until, hold.trouble) == ("r-5303", 1600.0, trouble)
         assert hold.reason == "why"
         assert hold.outlook == "why; trying again after " + show_time(1600.0)
+
+
+def test_whoever_is_shut_in_waits_as_long_as_there_is_time():
+    shut = failing(Trouble.SHUT_IN, room="r-5311")
+    (hold,) = verdict(GOTO, shut, times_before=9).holds
+    assert (hold.room, hold.trouble) == ("r-5311", Trouble.SHUT_IN)
+    assert hopeless(verdict(GOTO, shut, now=4100.0)) == ["why"]
 
 
 def test_nothing_is_put_off_beyond_its_deadline():

@@ -16,7 +16,7 @@ from rogue.execution import Executor, KnownWorld, Patience, StepRunner, as_publi
 from rogue.memory import Hold, Store
 from rogue.messages import Closing, RequestState
 from rogue.monitors import Kind, Monitor, MonitorRegistry, Watcher, needed, office_monitors
-from rogue.outcomes import Trouble
+from rogue.outcomes import Outcome, Trouble
 from rogue.requests import RequestBook, load_directory
 from tca_bus.testing import eventually
 from xavier_sim.messages import Battery, BatteryState, DoorMoved, DoorState, ItemMoved, WorldDoors
@@ -185,6 +185,21 @@ async def test_a_drive_to_a_door_that_is_closed_is_broken_off_and_taken_up_at_on
         at.module.hear(DoorMoved(room="r-5303", open=True, time=1001.0))
         await eventually(lambda: not at.world.is_held("a"))
         assert "The door of r-5303 is open again: a goes on." in await at.lines()
+
+
+async def test_a_robot_that_is_shut_in_serves_its_room_only_until_the_door_opens(tmp_path):
+    shut = failed("door_blocked", door="r-5303")
+    async with scene(tmp_path, robot=ScriptedRobot(drives=[Outcome(), shut])) as at:
+        await at.executor.execute("goto-pickup-loc", ["mitchell", "r-5303"], ["a"])
+        await at.executor.execute("acquire-item", ["r-5303", *MAIL], ["a"])
+        await at.book.add(make_request("b", user="jhm", pickup="r-5311"), None)
+        await at.book.add(make_request("c", item="pickupcoffee"), None)
+        await at.executor.execute("goto-deliver-loc", ["mitchell", "r-5313"], ["a"])
+        assert at.world.facts.room == "r-5303"
+        waiting = {r.id for r in at.book.open_requests() if at.world.waits(r)}
+        assert waiting == {"a", "b"}
+        at.module.hear(DoorMoved(room="r-5303", open=True, time=1001.0))
+        await eventually(lambda: not at.world.holds())
 
 
 async def test_the_door_of_a_room_that_comes_later_puts_nothing_off(tmp_path):

@@ -80,6 +80,33 @@ def test_a_blocked_way_is_left_to_the_planner_at_once(reason):
     assert robot.count(Ask) == 0
 
 
+def test_a_robot_that_is_shut_in_asks_to_be_let_out_and_stays_where_it_is():
+    shut = failed("door_blocked", door="r-5303")
+    robot = ScriptedRobot(drives=[shut])
+    outcome, _ = play(go_to("r-5313", PATIENCE, ASKING, start="r-5303"), robot.outcome)
+    assert (outcome.trouble, outcome.room) == (Trouble.SHUT_IN, "r-5303")
+    assert outcome.reason == "cannot get out of r-5303, door_blocked: it was door_blocked"
+    assert [m.text for m in robot.performed if isinstance(m, Say)] == [
+        "I am shut in. Please open the door."
+    ]
+
+
+@pytest.mark.parametrize("start", [None, "r-5305"])
+def test_a_door_that_is_not_that_of_the_robots_room_shuts_nobody_in(start):
+    robot = ScriptedRobot(drives=[failed("door_blocked", door="r-5313")])
+    outcome, _ = play(go_to("r-5313", PATIENCE, ASKING, start=start), robot.outcome)
+    assert (outcome.trouble, outcome.room) == (Trouble.BLOCKED, None)
+
+
+@pytest.mark.parametrize("failure", ["bump", "no_progress", "lost"])
+def test_a_way_that_is_not_mastered_may_be_tried_again_later(failure):
+    robot = ScriptedRobot(drives=[failed(failure)] * 3, answers=[NO_ANSWER] * 99)
+    outcome, _ = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
+    assert outcome.trouble is Trouble.HINDERED
+    assert failure in (outcome.reason or "")
+    assert robot.count(NavigateToGoal) == PATIENCE.tries
+
+
 def test_a_lost_robot_asks_where_it_is():
     robot = ScriptedRobot(drives=[failed("lost")], answers=[typed("r-5305"), typed("y")])
     outcome, _ = play(go_to("r-5313", PATIENCE, ASKING), robot.outcome)
