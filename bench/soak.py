@@ -96,12 +96,13 @@ def main() -> None:
         run = SoakRun(options)
         for job in run.jobs(flags.hours):
             tell(name, job, run.soak.seconds)
-        print(row(name, run.summary()), flush=True)
+        print(row(name, run.outcome().summary()), flush=True)
         done[name] = run.soak.course.tally.jobs
     if flags.bus:
         over_bus = functools.partial(tell, BUS)
-        summary, jobs = asyncio.run(soak_over_bus(plain_options(flags), flags.hours, over_bus))
-        print(row(BUS, summary), agreement(done[PLAIN], jobs), sep="\n\n", flush=True)
+        outcome = asyncio.run(soak_over_bus(plain_options(flags), flags.hours, over_bus))
+        said = agreement(done[PLAIN], outcome.tally.jobs)
+        print(row(BUS, outcome.summary()), said, sep="\n\n", flush=True)
 
 
 def agreement(one: list[Job], other: list[Job]) -> str:

@@ -75,6 +75,16 @@ class TcaError(Exception):
 
     exit_code: ClassVar[int] = 1
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Cross processes with all facts: an error is not made anew from the sentence it built."""
+        return _as_it_was, (type(self), self.args), self.__dict__
+
+
+def _as_it_was(kind: type[TcaError], args: tuple[object, ...]) -> TcaError:
+    error = kind.__new__(kind)
+    error.args = args
+    return error
+
 
 class ConfigError(TcaError, ValueError):
     """An option has a value that cannot be used."""

@@ -16,7 +16,7 @@ from tca_bus.launcher import Launcher
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Fault, FloorPlan, Kidnap, WhereReally
 from xavier_sim.profile import TICK
-from xavier_sim.soak import ENDLESS, Course, Job, SoakOptions, Summary, Watch, summarise
+from xavier_sim.soak import ENDLESS, Course, Job, Outcome, SoakOptions, Watch
 
 CENTIMETRES = 100.0
 
@@ -89,10 +89,8 @@ class BusSoak:
         await (await self._module.execute(SetPosition(room=room))).result()
 
 
-async def soak_over_bus(
-    options: SoakOptions, hours: float, tell: Tell
-) -> tuple[Summary, list[Job]]:
-    """Soak for so many simulated hours with all processes; gives the figures and the jobs.
+async def soak_over_bus(options: SoakOptions, hours: float, tell: Tell) -> Outcome:
+    """Soak for so many simulated hours with all processes.
 
     Raises:
         ExceptionGroup: a process was given up, or one did not answer.
@@ -117,6 +115,4 @@ async def soak_over_bus(
                     break
                 spending.read(early=soak.seconds <= 3600.0)
                 tell(job, soak.seconds)
-    tally = course.tally
-    summary = summarise(tally, seconds=soak.seconds, cost=spending.cost, options=options)
-    return summary, tally.jobs
+    return Outcome(options, course.tally, soak.seconds, spending.cost)

@@ -68,49 +68,11 @@ def test_a_resumed_soak_is_the_same_bit_for_bit(options):
 
 
 def test_a_robot_that_fails_again_and_again_is_helped():
-    soak = soak_of(navigator=f"{__name__}:Sleeper", rest=0.0)
+    soak = soak_of(navigator="soak_sleeper:Sleeper", rest=0.0)
     jobs = [soak.run_job() for _ in range(3)]
     assert [job.reason for job in jobs] == ["asleep"] * 3
     assert soak.course.tally.rescues == 1
     assert soak.navigator.told == [(3.6, 1.2, 0.0)]
-
-
-class Sleeper:
-    """A navigator that gives every goal up."""
-
-    pose, done, confidence, recoveries = (0.0, 0.0, 0.0), True, 0.5, 0
-    speed = turn = 0.0
-    reason = "asleep"
-
-    def __init__(self, plan, *, seed):
-        self.told = []
-
-    @property
-    def failure(self):
-        return self
-
-    position = failure
-
-    def step(self, sensors):
-        return self
-
-    def start(self, goal, sensors):
-        return self
-
-    def cancel(self):
-        pass
-
-    def report(self, drive):
-        return self
-
-    def set_pose(self, pose):
-        self.told.append(pose)
-
-    def freeze(self):
-        return {}
-
-    def thaw(self, state):
-        pass
 
 
 def test_navigators_are_had_by_name_or_by_import_string():
@@ -182,7 +144,7 @@ def test_doors_that_nobody_moves_are_never_due():
 
 
 def test_a_door_does_not_move_through_the_robot():
-    soak = soak_of(shut_share=1.0, door_moves_per_hour=3600.0, navigator=f"{__name__}:Sleeper")
+    soak = soak_of(shut_share=1.0, door_moves_per_hour=3600.0, navigator="soak_sleeper:Sleeper")
     soak.world.set_door("d-1", is_open=True)
     soak.world.place_robot(1.8, 2.4, 0.0)
     for _ in range(2):
@@ -232,7 +194,8 @@ def test_a_sensor_that_is_not_there_cannot_fail():
 def job_of(**facts):
     plain = {
         "number": 0, "began": 0.0, "start": "r-1", "goal": "r-2", "way": "open", "reason": None,
-        "seconds": 20.0, "metres": 8.0, "off": 0.1, "worst_off": 0.2, "confidence": 0.9,
+        "seconds": 20.0, "metres": 8.0, "x": 5.4, "y": 3.0,
+        "off": 0.1, "mean_off": 0.05, "worst_off": 0.2, "confidence": 0.9,
         "recoveries": 0, "bumps": 0,
     }  # fmt: skip
     return Job(**{**plain, **facts})

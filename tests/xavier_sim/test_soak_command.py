@@ -7,17 +7,20 @@ from pathlib import Path
 
 import pytest
 
-from tca_bus import TcaError
+from tca_bus import ConfigError, TcaError
 from xavier_sim.cli import app
+from xavier_sim.cli._soak_crew import Task, run_crew
+from xavier_sim.cli._soak_flags import parse_seeds
 from xavier_sim.snapshots import SnapshotError
-from xavier_sim.soak import NavigatorError, SoakOptions, SoakRun, Summary
+from xavier_sim.soak import NavigatorError, SoakOptions, SoakRun, Summary, Totals
 
 FLOOR = str(Path(__file__).parent / "soak_floor.yaml")
 CONTRACT = [
     *("hours", "km", "jobs", "completed", "failed", "reasons", "false_arrivals", "bumps"),
     *("recoveries_per_km", "real_time_factor"),
 ]
-IDLE = {"floor": FLOOR, "seed": 1, "navigator": "test_soak:Sleeper"}
+STANDING = "soak_sleeper:Sleeper"
+IDLE = {"floor": FLOOR, "seed": 1, "navigator": STANDING}
 
 
 def command(*tokens):
@@ -41,6 +44,46 @@ def test_the_table_names_reasons(capsys):
     out, _ = capsys.readouterr()
     assert "asleep" in out
     assert "recoveries per km" in out
+
+
+@pytest.mark.process
+@pytest.mark.timeout(120)
+def test_seeds_are_soaked_side_by_side_and_added_up(capsys, tmp_path):
+    page, kept = tmp_path / "soak.html", tmp_path / "soak.json"
+    files = ("--report", str(page), "--checkpoint", str(kept), "--json", "--jobs", "2")
+    what = ("--hours", "0.001", "--map", FLOOR, "--navigator", STANDING)
+    command("--seeds", "4,2", *what, *files)
+    out, err = capsys.readouterr()
+    totals = Totals.model_validate_json(out)
+    assert [one.options.seed for one in totals.seeds] == [4, 2]
+    assert totals.total.jobs == sum(one.jobs for one in totals.seeds) >= 2
+    assert "seed 4: " in err
+    assert "seed 2: " in err
+    assert "seeds 4, 2" in page.read_text()
+    alone = SoakRun(SoakOptions(floor=FLOOR, seed=2, navigator=STANDING), tmp_path / "soak-2.json")
+    assert alone.resumed
+    assert alone.outcome().summary().jobs == totals.seeds[1].jobs
+
+
+@pytest.mark.parametrize("text", ["", "1,,2", "1,1", "-1", "1;2", "1.5", "\u00b2"])
+def test_seeds_that_are_none_are_explained(text):
+    with pytest.raises(ConfigError, match=r"--seeds.*each once, as in 1,2,3"):
+        parse_seeds(text)
+
+
+def test_one_seed_and_several_are_not_both_given():
+    with pytest.raises(ConfigError, match="none beside --seeds"):
+        command("--hours", "1", "--seed", "1", "--seeds", "1,2")
+
+
+@pytest.mark.process
+@pytest.mark.timeout(120)
+def test_a_soak_that_fails_in_its_own_process_says_why(tmp_path):
+    file = tmp_path / "soak.json"
+    file.write_text("[]")
+    with pytest.raises(SnapshotError, match="is no checkpoint of format") as caught:
+        run_crew([Task(SoakOptions(**IDLE), 1.0, file)], jobs=1, tell=lambda _: None)
+    assert caught.value.file == file
 
 
 def test_a_soak_goes_on_from_its_checkpoint(tmp_path):
@@ -68,8 +111,8 @@ def test_a_soak_that_is_left_keeps_what_was_done(tmp_path):
     ("text", "why"),
     [
         ("", "is no checkpoint of a soak"),
-        ("[1]", "is no checkpoint of format 1"),
-        ('{"format": 1}', "names no options of a soak"),
+        ("[1]", "is no checkpoint of format 2"),
+        ('{"format": 2}', "names no options of a soak"),
     ],
 )
 def test_a_file_that_is_no_checkpoint_is_explained(tmp_path, text, why):

@@ -8,12 +8,11 @@ from xml.etree import ElementTree as ET
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_soak import job_of
+from test_soak import FLOOR, job_of
 
-from xavier_sim.soak import SoakOptions, report
-from xavier_sim.soak._charts import Axis, bars, columns, curves, nice_step, points
+from xavier_sim.soak import Outcome, SoakOptions, report, together
+from xavier_sim.soak._charts import Axis, bars, columns, curves, nice_step, plan_view, points
 from xavier_sim.soak._cost import Cost
-from xavier_sim.soak._summary import summarise
 from xavier_sim.soak._tally import Tally
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -70,14 +69,18 @@ def test_charts_of_nothing_are_charts(svg):
     assert ET.fromstring(svg).tag == f"{SVG}svg"
 
 
-def page(jobs):
+def outcome_of(jobs, seed=7):
     tally = Tally()
     tally.jobs = jobs
     for error in (0.01, 0.05, 0.2):
         tally.sample(error=error, speed=0.5)
     cost = Cost(wall=2.0, cpu=1.0, memory=80.0, memory_early=79.0)
-    summary = summarise(tally, seconds=200.0, cost=cost, options=SoakOptions(seed=7))
-    return summary, report(summary, tally)
+    return Outcome(SoakOptions(seed=seed, floor=FLOOR), tally, 200.0, cost)
+
+
+def page(jobs):
+    outcome = outcome_of(jobs)
+    return outcome.summary(), report([outcome])
 
 
 def test_the_report_shows_every_job_that_did_not_end_as_it_should():
@@ -94,9 +97,9 @@ def test_the_report_shows_every_job_that_did_not_end_as_it_should():
     assert (summary.unreachable.jobs, summary.unreachable.right) == (1, 1)
     assert summary.real_time_factor == 100.0
     wrong = text.split("What did not end as it should")[1].split("</table>")[0]
-    assert re.findall(r"<tr><td>(\d+)</td>", wrong) == ["1", "3"]
+    assert re.findall(r"<tr><td>7</td><td>(\d+)</td>", wrong) == ["1", "3"]
     assert "r-&lt;2&gt;" in wrong
-    assert text.count("<svg") == 5
+    assert text.count("<svg") == 7
     assert not re.search(r"(?:src|href)=", text), "the page needs nothing else"
 
 
@@ -104,3 +107,49 @@ def test_a_report_of_no_jobs_is_a_page():
     summary, text = page([])
     assert summary.reachable.share is None
     assert text.endswith("</body></html>\n")
+
+
+def test_soaks_of_several_seeds_are_added_up():
+    one = outcome_of([job_of(metres=8.0), job_of(number=1, reason="lost")], seed=1)
+    two = outcome_of([job_of(metres=4.0, bumps=3)], seed=2)
+    figures, tally = together([one, two])
+    assert (figures.jobs, figures.completed, figures.bumps) == (3, 2, 3)
+    assert figures.hours == round(400.0 / 3600.0, 4)
+    assert figures.reasons == {"lost": 1}
+    assert figures.real_time_factor == one.summary().real_time_factor
+    assert tally.errors.total == 6
+    assert one.tally.errors.total == 3, "what was added is as it was"
+    text = report([one, two])
+    assert "seeds 1, 2" in text
+    assert "<tr><td>jobs</td><td>2</td><td>1</td><td>3</td></tr>" in text
+
+
+def test_doors_are_summed_up_and_told_one_by_one():
+    jobs = [
+        job_of(recoveries=1),
+        job_of(number=1, recoveries=2, reason="door_blocked"),
+        job_of(number=2, goal="r-3"),
+        job_of(number=3, goal="r-3", way="shut", reason="door_blocked"),
+    ]
+    _, text = page(jobs)
+    doors = text.split("Rooms and their doors")[1].split("</table>")[0]
+    rows = [re.findall(r"<td>(.*?)</td>", line) for line in doors.splitlines() if "<td>" in line]
+    assert rows == [
+        ["all", "3", "2", "2", "1", "1", "1", "0"],
+        ["r-2", "2", "1", "2", "1", "1", "0", "0"],
+        ["r-3", "1", "1", "0", "0", "0", "1", "0"],
+    ]
+
+
+def test_places_are_drawn_to_scale():
+    box = [(0.0, 0.0, 10.0, 0.0), (10.0, 0.0, 10.0, 4.0)]
+    svg = plan_view("where", box, {"a": [(0.0, 0.0)], "b": [(10.0, 4.0), (5.0, 2.0)]})
+    walls, one, two = (path.get("d") for path in elements(svg, "path"))
+    corner, far, middle = (
+        tuple(map(float, at.split())) for at in re.findall(r"M([\d. ]+)h0", one + two)
+    )
+    assert (far[0] + corner[0]) / 2 == pytest.approx(middle[0])
+    assert (far[1] + corner[1]) / 2 == pytest.approx(middle[1])
+    assert far[1] < corner[1], "north is up"
+    assert (far[0] - corner[0]) / (corner[1] - far[1]) == pytest.approx(2.5)
+    assert walls.startswith(f"M{corner[0]} {corner[1]}L")

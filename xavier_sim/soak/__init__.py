@@ -13,14 +13,15 @@ from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._course import Course
 from xavier_sim.soak._doors import DoorKeeper, DoorMove
 from xavier_sim.soak._errands import Goal
+from xavier_sim.soak._figure_rows import figure_rows, reason_rows
 from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job, Way
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
 from xavier_sim.soak._mishaps import FAULT_KINDS, FaultKind
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._report import report
-from xavier_sim.soak._running import SoakRun
+from xavier_sim.soak._running import SoakRun, Standing
 from xavier_sim.soak._soak import EPOCH, Soak
-from xavier_sim.soak._summary import Rate, Spread, Summary, summarise
+from xavier_sim.soak._summary import Figures, Outcome, Rate, Spread, Summary, Totals, together
 from xavier_sim.soak._tally import Tally
 from xavier_sim.soak._watch import LOOK_EVERY, Seen, Watch
 
@@ -39,24 +40,30 @@ __all__ = [
     "DriveUnderWay",
     "Failure",
     "FaultKind",
+    "Figures",
     "Goal",
     "Job",
     "NavigatorCore",
     "NavigatorError",
     "NavigatorFactory",
+    "Outcome",
     "Rate",
     "Seen",
     "Soak",
     "SoakOptions",
     "SoakRun",
     "Spread",
+    "Standing",
     "Summary",
     "Tally",
+    "Totals",
     "Watch",
     "Way",
     "Wheels",
+    "figure_rows",
     "load_factory",
     "navigator_names",
+    "reason_rows",
     "report",
-    "summarise",
+    "together",
 ]

@@ -97,6 +97,29 @@ def bars(title: str, counts: Mapping[str, float]) -> str:
     return _svg(title, height, rows or [_text(start, TOP + 14, "none")])
 
 
+def plan_view(
+    title: str, walls: Sequence[Sequence[float]], groups: Mapping[str, Sequence[Point]]
+) -> str:
+    """Points in groups on a floor: walls as x and y of both ends, metres, y upwards."""
+    xs = [x for wall in walls for x in (wall[0], wall[2])]
+    ys = [y for wall in walls for y in (wall[1], wall[3])]
+    scale = (WIDTH - 2 * RIGHT) / max(max(xs) - min(xs), max(ys) - min(ys))
+
+    def spot(x: float, y: float) -> str:
+        return f"{RIGHT + scale * (x - min(xs)):.1f} {TOP + scale * (max(ys) - y):.1f}"
+
+    path = "".join(f"M{spot(a, b)}L{spot(c, d)}" for a, b, c, d in walls)
+    marks = [f'<path d="{path}" fill="none" stroke="currentColor" stroke-opacity="0.6"/>']
+    for colour, group in zip(_colours(len(groups)), groups.values(), strict=True):
+        dots = "".join(f"M{spot(*point)}h0" for point in group)
+        marks.append(
+            f'<path d="{dots}" stroke="{colour}" stroke-width="7" stroke-linecap="round" '
+            'stroke-opacity="0.55"/>'
+        )
+    height = TOP + scale * (max(ys) - min(ys)) + RIGHT
+    return _svg(title, round(height), [*marks, *_legend(list(groups))])
+
+
 def _frame(title: str, x: Axis, y: Axis, marks: list[str]) -> str:
     foot, side = HEIGHT - BOTTOM, WIDTH - RIGHT
     parts = [f'<path d="M{LEFT} {TOP}V{foot}H{side}" fill="none" stroke="currentColor"/>']

@@ -14,9 +14,10 @@ from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._soak import Soak
 
-FORMAT = 1
+FORMAT = 2
 
 START_ANEW = "give the options that it was begun with, or another file"
+ANOTHER = "move it away, or give another file"
 
 
 class CheckpointFile:
@@ -53,22 +54,22 @@ class CheckpointFile:
             soak.restore(document["soak"])
             return Cost(**document["cost"])
         except (KeyError, TypeError, ValueError) as error:
-            raise SnapshotError(self.path, f"is damaged ({error!r})") from error
+            raise SnapshotError(self.path, f"is damaged ({error!r})", ANOTHER) from error
 
     def _read(self) -> dict[str, Any]:
         try:
             document = json.loads(self.path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise SnapshotError(self.path, "is no checkpoint of a soak") from error
+            raise SnapshotError(self.path, "is no checkpoint of a soak", ANOTHER) from error
         if not isinstance(document, dict) or document.get("format") != FORMAT:
-            raise SnapshotError(self.path, f"is no checkpoint of format {FORMAT}")
+            raise SnapshotError(self.path, f"is no checkpoint of format {FORMAT}", ANOTHER)
         return document
 
     def _check(self, document: dict[str, Any], options: SoakOptions) -> None:
         try:
             kept = SoakOptions.model_validate(document.get("options"))
         except ValidationError as error:
-            raise SnapshotError(self.path, "names no options of a soak") from error
+            raise SnapshotError(self.path, "names no options of a soak", ANOTHER) from error
         for name, (ours, theirs) in options.differences(kept).items():
             why = f"is of a soak with {name} {theirs!r}, not {ours!r}"
             raise SnapshotError(self.path, why, START_ANEW)

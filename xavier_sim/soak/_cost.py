@@ -21,6 +21,15 @@ class Cost:
     memory_early: float = 0.0
     memory: float = 0.0
 
+    def __add__(self, other: Cost) -> Cost:
+        """Both together: times are added up, memory is that of the greater one."""
+        return Cost(
+            wall=self.wall + other.wall,
+            cpu=self.cpu + other.cpu,
+            memory_early=max(self.memory_early, other.memory_early),
+            memory=max(self.memory, other.memory),
+        )
+
 
 class Meter:
     """Adds what is spent from now on to a cost."""

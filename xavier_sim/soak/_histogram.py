@@ -47,6 +47,12 @@ class Histogram:
                 points.append(((index + 1) * self._width, seen / total))
         return points
 
+    def add_all(self, other: Histogram) -> None:
+        """Count all that another one with the same bins has counted."""
+        pairs = zip(self._counts, other._counts, strict=True)
+        self._counts = [mine + theirs for mine, theirs in pairs]
+        self.most = max(self.most, other.most)
+
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs."""
         return {"counts": list(self._counts), "most": self.most}

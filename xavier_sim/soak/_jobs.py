@@ -37,8 +37,9 @@ class Job(BaseModel):
     """One errand: metres, seconds, and what came of it.
 
     ``reason`` is None for a reported arrival, ``off`` then the metres from the place of the room;
-    ``worst_off`` is the greatest distance between belief and truth on the way. ``people_hit``
-    counts contacts in which the robot came towards somebody faster than 0.1 m/s.
+    ``x`` and ``y`` is where the robot really was at the end. ``mean_off`` and ``worst_off`` are the
+    mean and the greatest distance between belief and truth on the way. ``people_hit`` counts
+    contacts in which the robot came towards somebody faster than 0.1 m/s.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -51,7 +52,10 @@ class Job(BaseModel):
     reason: str | None
     seconds: float
     metres: float
+    x: float
+    y: float
     off: float
+    mean_off: float
     worst_off: float
     confidence: float
     recoveries: int

@@ -5,18 +5,37 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from xavier_sim.soak._checkpoint import CheckpointFile
 from xavier_sim.soak._cost import Cost, Meter
 from xavier_sim.soak._jobs import Job
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._soak import Soak
-from xavier_sim.soak._summary import Summary, summarise
+from xavier_sim.soak._summary import Outcome
 
 SAVE_SECONDS = 10.0
 """Wall seconds between two checkpoints."""
 
 FIRST_HOUR = 3600.0
+
+
+class Standing(NamedTuple):
+    """How far a soak has come: simulated ``seconds`` in ``wall`` seconds."""
+
+    seed: int
+    seconds: float
+    metres: float
+    jobs: int
+    arrived: int
+    wall: float
+
+    def __str__(self) -> str:
+        """The same in a line."""
+        return (
+            f"{self.seconds / 3600:.2f} h, {self.metres / 1000:.2f} km, {self.arrived} of "
+            f"{self.jobs} jobs completed, {self.seconds / max(self.wall, 1e-9):.0f} x real time"
+        )
 
 
 class SoakRun:
@@ -62,11 +81,20 @@ class SoakRun:
             if not self.soak.driving:
                 self._save()
 
-    def summary(self) -> Summary:
-        """The figures so far."""
-        soak = self.soak
-        return summarise(
-            soak.course.tally, seconds=soak.seconds, cost=self.cost, options=self.soak.options
+    def outcome(self) -> Outcome:
+        """What it came to so far."""
+        return Outcome(self.soak.options, self.soak.course.tally, self.soak.seconds, self.cost)
+
+    def standing(self) -> Standing:
+        """How far it has come."""
+        soak, jobs = self.soak, self.soak.course.tally.jobs
+        return Standing(
+            seed=soak.options.seed,
+            seconds=soak.seconds,
+            metres=sum(job.metres for job in jobs),
+            jobs=len(jobs),
+            arrived=sum(job.arrived for job in jobs),
+            wall=self.cost.wall,
         )
 
     def _save(self) -> None:

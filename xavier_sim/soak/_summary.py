@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from pydantic import BaseModel, ConfigDict
 
@@ -35,8 +36,8 @@ class Spread(BaseModel):
     most: float | None
 
 
-class Summary(BaseModel):
-    """The figures of a soak.
+class Figures(BaseModel):
+    """The figures of one soak, or of several together.
 
     ``completed`` are the jobs whose robot truly arrived; all others are ``failed``, with their
     ``reasons``: those that the navigator gave, and ``elsewhere`` for false arrivals.
@@ -45,7 +46,8 @@ class Summary(BaseModel):
     rest, right either way. ``people_hit`` counts contacts in which the robot came towards somebody
     faster than 0.1 m/s. Times are simulated seconds but for ``wall_seconds`` and
     ``cpu_seconds``; ``real_time_factor`` is by the wall, ``cpu_time_factor`` by processor time.
-    Distances are metres, speeds metres per second, memory megabytes at its peak.
+    Distances are metres, speeds metres per second, memory megabytes at its peak. Where there are
+    several the times are added up, as if one had come after the other.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -75,14 +77,50 @@ class Summary(BaseModel):
     wall_seconds: float
     cpu_seconds: float
     memory_mb: tuple[float, float]
+
+
+class Summary(Figures):
+    """The figures of a soak, and its options."""
+
     options: SoakOptions
 
 
-def summarise(tally: Tally, *, seconds: float, cost: Cost, options: SoakOptions) -> Summary:
-    """The figures of so many simulated ``seconds``."""
+class Totals(BaseModel):
+    """The figures of several soaks that differ in their seeds: together, and of each."""
+
+    model_config = ConfigDict(frozen=True)
+
+    total: Figures
+    seeds: tuple[Summary, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a soak came to in so many simulated seconds, and at what cost."""
+
+    options: SoakOptions
+    tally: Tally
+    seconds: float
+    cost: Cost
+
+    def summary(self) -> Summary:
+        """Its figures."""
+        return Summary(**dict(_figures(self.tally, self.seconds, self.cost)), options=self.options)
+
+
+def together(outcomes: Sequence[Outcome]) -> tuple[Figures, Tally]:
+    """The figures of several soaks as if they were one, and all that was counted in them."""
+    tally, cost = Tally(), Cost()
+    for one in outcomes:
+        tally.add_all(one.tally)
+        cost += one.cost
+    return _figures(tally, sum(one.seconds for one in outcomes), cost), tally
+
+
+def _figures(tally: Tally, seconds: float, cost: Cost) -> Figures:
     jobs, completed = tally.jobs, [job for job in tally.jobs if job.arrived]
     km = sum(job.metres for job in jobs) / 1000.0
-    return Summary(
+    return Figures(
         hours=round(seconds / 3600.0, 4),
         km=round(km, 4),
         jobs=len(jobs),
@@ -108,7 +146,6 @@ def summarise(tally: Tally, *, seconds: float, cost: Cost, options: SoakOptions)
         wall_seconds=round(cost.wall, 1),
         cpu_seconds=round(cost.cpu, 1),
         memory_mb=(round(cost.memory_early, 1), round(cost.memory, 1)),
-        options=options,
     )
 
 

@@ -33,6 +33,14 @@ class Tally:
         if abs(speed) >= MOVING:
             self.speeds.add(abs(speed))
 
+    def add_all(self, other: Tally) -> None:
+        """Count all that another one has counted."""
+        self.jobs.extend(other.jobs)
+        self.rescues += other.rescues
+        self.door_moves += other.door_moves
+        self.errors.add_all(other.errors)
+        self.speeds.add_all(other.speeds)
+
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs."""
         return {

@@ -75,7 +75,7 @@ class Watch:
     ) -> None:
         self.goal = goal
         self._reach, self._number, self._before = reach, number, seen
-        self._worst = 0.0
+        self._worst, self._sum, self._looks = 0.0, 0.0, 0
         self._open, self._shut = 0, 0
         self.doors_moved(seen.space, open_doors)
 
@@ -103,6 +103,7 @@ class Watch:
         """
         error = math.dist(at, believed)
         self._worst = max(self._worst, error)
+        self._sum, self._looks = self._sum + error, self._looks + 1
         tally.sample(error=error, speed=speed)
 
     def judge(self, reason: str | None, report: DriveReport, seen: Seen) -> Job:
@@ -123,7 +124,10 @@ class Watch:
             reason=reason,
             seconds=round(self.seconds(seen.tick), 1),
             metres=round(seen.metres - before.metres, 3),
+            x=round(seen.x, 3),
+            y=round(seen.y, 3),
             off=round(math.dist((seen.x, seen.y), (self.goal.x, self.goal.y)), 3),
+            mean_off=round(self._sum / max(self._looks, 1), 3),
             worst_off=round(self._worst, 3),
             confidence=round(report.position.confidence, 4),
             recoveries=report.recoveries,
