@@ -109,7 +109,7 @@ class Diary:
     def __init__(self):
         self.pages = []
 
-    async def sense(self, sensors, truth):
+    async def sense(self, sensors, truth, standing):
         assert truth.tick == sensors.tick
         self.pages.append(("sensed", sensors.tick))
 

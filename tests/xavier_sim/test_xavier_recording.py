@@ -165,6 +165,45 @@ def test_laser_beams_are_scans(tmp_path, profile, sensor, ahead):
     assert {scan.start_angle + scan.end_angle for scan in scans} == {0.0}
 
 
+def test_those_who_stand_about_are_drawn_when_they_move(tmp_path):
+    path, seen = tmp_path / "crowd.mcap", []
+    state = RobotState(World(PLAN, 1, people=2, carts=1), SimClock(1000.0), speed=None)
+    with path.open("wb") as stream:
+        tape = Tape(stream, beginning_of(state))
+        for _ in range(100):
+            state.world.step(0.0, 0.0)
+            seen.append(state.standing())
+            tape.sense(state.sensors(), state.true_location(), seen[-1])
+        tape.finish(dropped=0)
+    drawn = {}
+    updates = on_topic(path, "/crowd")
+    assert len(updates[0].entities) == 3
+    for update in updates:
+        drawn.update((entity.id, entity.cylinders[0]) for entity in update.entities)
+    for number, one in enumerate(seen[-1]):
+        cylinder = drawn[f"standing-{number}"]
+        assert (cylinder.pose.position.x, cylinder.pose.position.y) == (one.x, one.y)
+        assert cylinder.size.x == 2 * one.radius
+        assert (cylinder.size.z > 1.5) == one.person
+    assert sum(len(update.entities) for update in updates) < 3 * 100, "carts stand still"
+
+
+def test_the_odometry_frame_of_a_robot_that_began_elsewhere_lies_where_it_began(tmp_path):
+    path = tmp_path / "second.mcap"
+    world = World(PLAN, 1, robots=("han", "yoda"))
+    state = RobotState(world, SimClock(1000.0), speed=None, name="yoda")
+    with path.open("wb") as stream:
+        tape = Tape(stream, beginning_of(state))
+        tape.sense(state.sensors(), state.true_location(), state.standing())
+        tape.finish(dropped=0)
+    (update,) = on_topic(path, "/tf")
+    truth = world.truth("yoda")
+    assert composed(*update.transforms[:2]) == pytest.approx((truth.x, truth.y, truth.theta))
+    (crowd,) = on_topic(path, "/crowd")
+    at = crowd.entities[0].cylinders[0].pose.position
+    assert (at.x, at.y) == (world.truth("han").x, world.truth("han").y)
+
+
 def test_frames_follow_odometry_and_truth(recording):
     path, told = recording
     sensed = [message for message in told if isinstance(message, Sensors)]

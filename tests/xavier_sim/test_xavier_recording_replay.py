@@ -218,7 +218,7 @@ class Wheels:
     def __init__(self):
         self.sensed, self.commands = [], []
 
-    async def sense(self, sensors, truth):
+    async def sense(self, sensors, truth, standing):
         self.sensed.append(sensors)
 
     def note(self, message, time):

@@ -12,11 +12,13 @@ from test_xavier_bus import StandIn, sim
 from tca_bus import ConfigError, Module
 from tca_bus.cli import BusFlags
 from tca_bus.testing import bus, eventually
+from xavier_sim.cli._recording import run_team_recorded
 from xavier_sim.cli._run import run
 from xavier_sim.cli._worlds import WorldFlags, open_team
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import DoorMoved, Fault, MoveDoor, WheelSlip, WhereReally
-from xavier_sim.running import SimClock, Team, run_team
+from xavier_sim.recording import RecordingFileError, RecordingReader, retrace, ticks_of
+from xavier_sim.running import SimClock, Team, make_fault, run_team
 from xavier_sim.snapshots import SnapshotFile
 from xavier_sim.world import RobotsError, World
 
@@ -143,9 +145,27 @@ async def test_the_command_puts_each_robot_on_the_realm_of_its_name():
         running.cancel()
 
 
-async def test_a_recording_is_of_one_robot(tmp_path):
-    with pytest.raises(ConfigError, match="expected none with --robots"):
-        await run(record=tmp_path / "x.mcap", world=WorldFlags(robots="han,yoda"))
+@pytest.mark.bus
+async def test_each_robot_has_a_recording_of_its_own(tmp_path):
+    async with bus() as options:
+        own = {name: options.model_copy(update={"realm": name}) for name in NAMES}
+        team = Team(world_of_two(), SimClock(1000.0), speed=50.0)
+        async with asyncio.TaskGroup() as group:
+            file = tmp_path / "drive.mcap"
+            running = group.create_task(run_team_recorded(team, None, own, file))
+            await eventually(lambda: team.world.tick >= 5)
+            running.cancel()
+    for name in NAMES:
+        with RecordingReader(tmp_path / f"drive-{name}.mcap") as reader:
+            ticks = list(ticks_of(reader, reader.path))
+            assert reader.is_finished
+            with pytest.raises(RecordingFileError, match="2 robots; it has the commands of one"):
+                retrace(reader, make_fault=make_fault)
+        # The one that is cancelled while it waits for the other has not sensed the last tick.
+        assert len(ticks) >= team.world.tick
+        assert [tick.sensors.tick for tick in ticks] == list(range(len(ticks)))
+        truth = world_of_two().truth(name)
+        assert (ticks[0].truth.x, ticks[0].truth.y) == (truth.x, truth.y)
 
 
 @pytest.mark.parametrize("names", ["", "xavier,", "two words,yoda", "a/b"])

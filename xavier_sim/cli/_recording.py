@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +19,7 @@ from xavier_sim.recording import (
     listening,
     retrace,
 )
-from xavier_sim.running import RobotModule, RobotState, make_fault, parse_speed
+from xavier_sim.running import RobotModule, RobotState, Team, make_fault, parse_speed, run_team
 from xavier_sim.sensors import Rays
 from xavier_sim.snapshots import SnapshotFile
 
@@ -81,6 +83,24 @@ async def run_recorded(
     """
     async with Recorder(file, beginning_of(state)) as recorder, listening(recorder, options):
         await RobotModule(state, store, options, recorder).run()
+
+
+async def run_team_recorded(
+    team: Team, store: SnapshotFile | None, options: Mapping[str, BusOptions], file: Path
+) -> None:
+    """Run several robots until they are cancelled, and record each in a file of its own.
+
+    Raises:
+        RecordingFileError: a file cannot be made, or not be written any more.
+    """
+    recorders = dict[str, Recorder]()
+    async with AsyncExitStack() as stack:
+        for robot in team.robots:
+            path = file.with_stem(f"{file.stem}-{robot.name}")
+            recorder = await stack.enter_async_context(Recorder(path, beginning_of(robot)))
+            await stack.enter_async_context(listening(recorder, options[robot.name]))
+            recorders[robot.name] = recorder
+        await run_team(team, store, options, recorders)
 
 
 def beginning_of(state: RobotState) -> Beginning:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from tca_bus import ConfigError, configure_logging
+from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
 from xavier_sim.cli._flags import Data
 from xavier_sim.cli._worlds import DEFAULT_WORLD, WorldFlags, open_team, open_world
@@ -28,17 +28,21 @@ async def run(
         data: Folder to keep the world in, so that a restarted one goes on.
         epoch: Simulated time at the start, ISO 8601; now when not given.
         record: File to record into all that the robot senses and does, what the navigator
-            believes, and the tasks; Foxglove shows it. A file of that name is replaced.
+            believes, and the tasks; Foxglove shows it. A file of that name is replaced. With
+            --robots there is one for each, with the robot's name after the file's.
         world: What world it is.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
     if world.robots is not None:
-        if record is not None:
-            raise ConfigError("--record", record, "none with --robots: it records one robot")
         options = {name: bus_options(replace(flags, realm=name)) for name in world.names}
         team, store = open_team(world, speed=speed, data=data, epoch=epoch)
-        await run_team(team, store, options)
+        if record is None:
+            await run_team(team, store, options)
+            return
+        from xavier_sim.cli._recording import run_team_recorded  # noqa: PLC0415 - as below
+
+        await run_team_recorded(team, store, options, record)
         return
     state, store = open_world(world, speed=speed, data=data, epoch=epoch)
     if record is None:

@@ -1,7 +1,7 @@
 """The frames of REP-105: where ``odom`` lies in ``map``, and the robot in both.
 
-``map`` to ``odom`` is what the navigator believes; until it has said so, ``odom`` lies where the
-robot began. The truth, which the robot does not know, has a frame of its own.
+``map`` to ``odom`` is what the navigator believes; until it has said so, ``odom`` lies so that the
+robot is where it began. The truth, which the robot does not know, has a frame of its own.
 """
 
 from __future__ import annotations
@@ -45,19 +45,17 @@ class Pose2D:
 
 
 class Frames:
-    """Keeps the transforms from tick to tick.
+    """Keeps the transforms from tick to tick."""
 
-    Args:
-        start: where the odometry frame lies in the map as long as nothing else is known.
-    """
-
-    def __init__(self, start: Pose2D) -> None:
-        self.map_to_odom = start
+    def __init__(self) -> None:
+        self.map_to_odom: Pose2D | None = None
         self._odometry: deque[tuple[float, Pose2D]] = deque(maxlen=MEMORY)
 
-    def move(self, odom: Pose2D, time: float) -> None:
-        """The odometry of a tick at a time in seconds."""
+    def move(self, odom: Pose2D, time: float, truth: Pose2D) -> None:
+        """The odometry of a tick at a time in seconds, and where the robot really is in the map."""
         self._odometry.append((time, odom))
+        if self.map_to_odom is None:
+            self.map_to_odom = truth.then(odom.inverse())
 
     def believe(self, believed: Pose2D, time: float) -> None:
         """The navigator believes that the robot was at a pose in the map at a time."""
@@ -66,8 +64,9 @@ class Frames:
             self.map_to_odom = believed.then(past[-1].inverse())
 
     def transforms(self, truth: Pose2D, nanoseconds: int) -> FrameTransforms:
-        """All of them now."""
+        """All of them now, after a `move`."""
         _, odom = self._odometry[-1]
+        assert self.map_to_odom is not None
         pairs = ((MAP, ODOM, self.map_to_odom), (ODOM, BASE, odom), (MAP, TRUTH, truth))
         when = timestamp(nanoseconds)
         return FrameTransforms(

@@ -17,6 +17,7 @@ from xavier_sim.messages import (
     DoorState,
     PlateReading,
     Sensors,
+    Standing,
     TrueLocation,
 )
 from xavier_sim.recording._format import RecordingFileError
@@ -181,6 +182,10 @@ class RecordedRobot:
         if truth is None:
             raise RecordingFileError(self._reader.path, f"does not tell the truth of {self.tick}")
         return truth
+
+    def standing(self) -> list[Standing]:
+        """Nothing: who stood about then is in its readings, and for the eye in the file."""
+        return []
 
     def door_states(self) -> list[DoorState]:
         """How the doors stood at this tick."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import IO, Self
 from pydantic import BaseModel
 
 from tca_bus import TaskStatus
-from xavier_sim.messages import Drive, Sensors, TrueLocation
+from xavier_sim.messages import Drive, Sensors, Standing, TrueLocation
 from xavier_sim.recording._format import Beginning, RecordingFileError
 from xavier_sim.recording._heard import Belief
 from xavier_sim.recording._tape import Tape
@@ -86,14 +86,16 @@ class Recorder:
         written = self._tape.written
         log.info("recorded %d records in %s, %d dropped", written, self.path, self.dropped)
 
-    async def sense(self, sensors: Sensors, truth: TrueLocation) -> None:
+    async def sense(
+        self, sensors: Sensors, truth: TrueLocation, standing: Sequence[Standing] = ()
+    ) -> None:
         """Record a tick; waits while too much is to be written.
 
         Raises:
             RecordingFileError: the file cannot be written any more.
         """
         tape = self._tape
-        self._push(lambda: tape.sense(sensors, truth))
+        self._push(lambda: tape.sense(sensors, truth, standing))
         while len(self._waiting) >= MOST_SENSED or self._has_failed:
             self._submit()
             assert self._written is not None

@@ -24,7 +24,7 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 from numpy.typing import NDArray
 
-from xavier_sim.messages import SONAR_CONE, SONAR_COUNT, SONAR_RING_RADIUS
+from xavier_sim.messages import SONAR_CONE, SONAR_COUNT, SONAR_RING_RADIUS, Standing
 
 ARC_POINTS = 5
 """Points on the arc of a cone."""
@@ -35,10 +35,15 @@ WALL_WIDTH, DOOR_WIDTH = 0.04, 0.08
 BODY_RADIUS, BODY_HEIGHT = 0.305, 1.2
 """Xavier's, metres."""
 
+PERSON_HEIGHT, THING_HEIGHT = 1.7, 1.0
+"""Of those who stand about, metres."""
+
 WALL_COLOR = Color(r=0.25, g=0.25, b=0.28, a=1.0)
 SHUT_COLOR = Color(r=0.75, g=0.2, b=0.15, a=1.0)
 OPEN_COLOR = Color(r=0.3, g=0.65, b=0.35, a=0.5)
 BODY_COLOR = Color(r=0.1, g=0.35, b=0.7, a=0.6)
+PERSON_COLOR = Color(r=0.55, g=0.3, b=0.6, a=0.8)
+THING_COLOR = Color(r=0.5, g=0.45, b=0.35, a=0.8)
 CONE_COLOR = Color(r=0.95, g=0.6, b=0.1, a=0.35)
 
 FAN = [index for tip in range(1, ARC_POINTS) for index in (0, tip, tip + 1)]
@@ -85,12 +90,19 @@ def draw_doors(doors: Iterable[tuple[Segment, bool]], time: int) -> SceneUpdate:
 
 def draw_body(frame: str, time: int) -> SceneUpdate:
     """The robot's body, which goes along with its frame."""
-    size = Vector3(x=2 * BODY_RADIUS, y=2 * BODY_RADIUS, z=BODY_HEIGHT)
-    middle = Pose(position=Vector3(z=BODY_HEIGHT / 2), orientation=turn(0.0))
-    body = CylinderPrimitive(
-        pose=middle, size=size, bottom_scale=1.0, top_scale=1.0, color=BODY_COLOR
-    )
+    body = _cylinder(0.0, 0.0, BODY_RADIUS, BODY_HEIGHT, BODY_COLOR)
     return SceneUpdate(entities=[_entity("robot", frame, time, cylinders=[body])])
+
+
+def draw_crowd(standing: Iterable[tuple[int, Standing]], frame: str, time: int) -> SceneUpdate:
+    """People, and things on the floor, each by its number and an entity of its own."""
+    update = SceneUpdate()
+    for number, one in standing:
+        height = PERSON_HEIGHT if one.person else THING_HEIGHT
+        color = PERSON_COLOR if one.person else THING_COLOR
+        body = _cylinder(one.x, one.y, one.radius, height, color)
+        update.entities.append(_entity(f"standing-{number}", frame, time, cylinders=[body]))
+    return update
 
 
 def draw_cones(
@@ -124,6 +136,16 @@ def _cone(number: int, reading: float) -> TriangleListPrimitive:
     points = [Point3(x=x, y=y), *(Point3(x=tip[0], y=tip[1]) for tip in tips.tolist())]
     return TriangleListPrimitive(
         pose=pose(0.0, 0.0, 0.0), points=points, color=CONE_COLOR, indices=FAN
+    )
+
+
+def _cylinder(x: float, y: float, radius: float, height: float, color: Color) -> CylinderPrimitive:
+    return CylinderPrimitive(
+        pose=Pose(position=Vector3(x=x, y=y, z=height / 2), orientation=turn(0.0)),
+        size=Vector3(x=2 * radius, y=2 * radius, z=height),
+        bottom_scale=1.0,
+        top_scale=1.0,
+        color=color,
     )
 
 

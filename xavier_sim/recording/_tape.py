@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import IO
 
 from pydantic import BaseModel
 
 from tca_bus import Payload, TaskStatus
-from xavier_sim.messages import Sensors, TrueLocation
+from xavier_sim.messages import Sensors, Standing, TrueLocation
 from xavier_sim.recording._channels import Channels, strict_json
 from xavier_sim.recording._format import (
     BEGINNING,
@@ -43,12 +44,14 @@ class Tape:
         """How many records there are."""
         return self._channels.written
 
-    def sense(self, sensors: Sensors, truth: TrueLocation) -> None:
-        """A tick: what the robot sensed, and where it really was."""
+    def sense(
+        self, sensors: Sensors, truth: TrueLocation, standing: Sequence[Standing] = ()
+    ) -> None:
+        """A tick: what the robot sensed, where it really was, and who and what stood about."""
         self._time = max(self._time, nanoseconds(sensors.time))
         self._put_wire(sensors)
         self._put_wire(truth)
-        for topic, view in self._views.sense(sensors, truth):
+        for topic, view in self._views.sense(sensors, truth, standing):
             self._channels.put_proto(topic, view, self._time)
 
     def note(self, message: BaseModel, time: float) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from foxglove_schemas_protobuf.LaserScan_pb2 import LaserScan
 from foxglove_schemas_protobuf.Log_pb2 import Log
@@ -25,6 +25,7 @@ from xavier_sim.messages import (
     Fault,
     PlateReading,
     Sensors,
+    Standing,
     TrueLocation,
 )
 from xavier_sim.recording._format import Beginning, nanoseconds
@@ -33,6 +34,7 @@ from xavier_sim.recording._heard import BeliefState
 from xavier_sim.recording._scene import (
     draw_body,
     draw_cones,
+    draw_crowd,
     draw_doors,
     draw_walls,
     pose,
@@ -47,12 +49,11 @@ class Views:
     """Makes the views of one recording."""
 
     def __init__(self, beginning: Beginning) -> None:
-        plan = beginning.floor
-        start = Pose2D(plan.start.x, plan.start.y, plan.start_heading)
-        self.frames = Frames(start)
-        self._geometry = build_geometry(plan)
+        self.frames = Frames()
+        self._geometry = build_geometry(beginning.floor)
         self._open = {door.room: door.open for door in beginning.doors}
         self._bump = 0
+        self._standing: Sequence[Standing] = ()
 
     def begin(self, time: int) -> Iterator[View]:
         """What stands still, at a time in nanoseconds."""
@@ -60,21 +61,13 @@ class Views:
         yield "/doors", self._doors(time)
         yield "/robot", draw_body(TRUTH, time)
 
-    def sense(self, sensors: Sensors, truth: TrueLocation) -> Iterator[View]:
+    def sense(
+        self, sensors: Sensors, truth: TrueLocation, standing: Sequence[Standing]
+    ) -> Iterator[View]:
         """A tick."""
         time = nanoseconds(sensors.time)
-        x, y, theta = sensors.odom.tolist()
-        self.frames.move(Pose2D(x, y, theta), sensors.time)
-        yield "/tf", self.frames.transforms(Pose2D(truth.x, truth.y, truth.theta), time)
-        yield "/odometry", _odometry(sensors, time)
-        yield (
-            "/truth",
-            PoseInFrame(
-                timestamp=timestamp(time),
-                frame_id=MAP,
-                pose=pose(truth.x, truth.y, truth.theta),
-            ),
-        )
+        yield from self._poses(sensors, truth, time)
+        yield from self._crowd(standing, time)
         yield from _scans(sensors, time)
         fresh = [number for number in range(SONAR_COUNT) if sensors.sonar_fresh >> number & 1]
         if fresh:
@@ -83,6 +76,22 @@ class Views:
             panels = [str(n) for n in range(BUMP_PANELS) if sensors.bump >> n & 1]
             yield "/log", _log(Log.WARNING, f"bump at panel {', '.join(panels)}", time)
         self._bump = sensors.bump
+
+    def _poses(self, sensors: Sensors, truth: TrueLocation, time: int) -> Iterator[View]:
+        really = Pose2D(truth.x, truth.y, truth.theta)
+        self.frames.move(Pose2D(*sensors.odom.tolist()), sensors.time, really)
+        yield "/tf", self.frames.transforms(really, time)
+        yield "/odometry", _odometry(sensors, time)
+        stands = pose(really.x, really.y, really.theta)
+        yield "/truth", PoseInFrame(timestamp=timestamp(time), frame_id=MAP, pose=stands)
+
+    def _crowd(self, standing: Sequence[Standing], time: int) -> Iterator[View]:
+        """Those who have moved since the last tick."""
+        before, self._standing = self._standing, standing
+        known = dict(enumerate(before))
+        moved = [(n, one) for n, one in enumerate(standing) if known.get(n) != one]
+        if moved:
+            yield "/crowd", draw_crowd(moved, MAP, time)
 
     def note(self, message: BaseModel, time: int) -> Iterator[View]:
         """Something else that was said or done, at a time in nanoseconds."""

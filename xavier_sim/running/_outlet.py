@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from pydantic import BaseModel
 
 from tca_bus import Broadcast, Module
-from xavier_sim.messages import Sensors, TrueLocation
+from xavier_sim.messages import Sensors, Standing, TrueLocation
 
 
 class Witness(Protocol):
     """Is told all that the robot senses, does and says, in the order in which it happens."""
 
-    async def sense(self, sensors: Sensors, truth: TrueLocation) -> None:
-        """A tick has begun: once for each, before others hear of it; may hold the robot up."""
+    async def sense(
+        self, sensors: Sensors, truth: TrueLocation, standing: Sequence[Standing]
+    ) -> None:
+        """A tick has begun: once for each, before others hear of it; may hold the robot up.
+
+        Args:
+            sensors: what the robot senses.
+            truth: where it really is.
+            standing: who and what stands about, always in the same order.
+        """
 
     def note(self, message: BaseModel, time: float) -> None:
         """Something else was said or done at a simulated time, seconds since the epoch."""

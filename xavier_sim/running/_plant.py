@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from tca_bus import Module
-from xavier_sim.messages import Sensors, TrueLocation
+from xavier_sim.messages import Sensors, Standing, TrueLocation
 from xavier_sim.robot import Reading
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.snapshots import Saved
@@ -68,6 +68,9 @@ class Plant(Protocol):
 
     def true_location(self) -> TrueLocation:
         """Where it really is."""
+
+    def standing(self) -> list[Standing]:
+        """Who and what stands about, always in the same order; nothing where nobody knows."""
 
     def open_desk(self, module: Module, outlet: Outlet, changed: Callable[[], None]) -> Desk:
         """Serve what is asked of it beside driving; ``changed`` is called after a change."""

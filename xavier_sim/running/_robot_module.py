@@ -197,7 +197,8 @@ class RobotModule:
 
     async def _show_witness(self) -> None:
         if self._witness is not None:
-            await self._witness.sense(self._state.sensors(), self._state.true_location())
+            state = self._state
+            await self._witness.sense(state.sensors(), state.true_location(), state.standing())
 
     async def _send_sensors(self) -> None:
         self._sensors_sent = time.monotonic()

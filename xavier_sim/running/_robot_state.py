@@ -152,14 +152,21 @@ class RobotState:
         """Every door as a message."""
         return [DoorState(room=room, open=is_open) for room, is_open in self.world.doors().items()]
 
+    def standing(self) -> list[Standing]:
+        """People, carts and other robots, as messages; always in the same order."""
+        others = [robot.disc for robot in self.world.robots.values() if robot is not self.robot]
+        return [
+            Standing(x=disc.x, y=disc.y, radius=disc.radius, person=disc.person)
+            for disc in (*self.world.discs, *others)
+        ]
+
     def world_view(self) -> WorldView:
         """All that one sees who looks on, as a message."""
-        discs = self.world.discs
         return WorldView(
             floor=self.world.plan,
             doors=self.door_states(),
             robot=self.true_location(),
-            standing=[Standing(x=d.x, y=d.y, radius=d.radius, person=d.person) for d in discs],
+            standing=self.standing(),
         )
 
     def battery_state(self) -> BatteryState:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from tca_bus import BusOptions, Module
 from xavier_sim.robot import Reading
-from xavier_sim.running._outlet import Outlet
+from xavier_sim.running._outlet import Outlet, Witness
 from xavier_sim.running._robot_desk import RobotDesk
 from xavier_sim.running._robot_module import RobotModule
 from xavier_sim.running._robot_state import RobotState
@@ -100,7 +100,10 @@ class Team:
 
 
 async def run_team(
-    team: Team, store: SnapshotFile | None, options: Mapping[str, BusOptions]
+    team: Team,
+    store: SnapshotFile | None,
+    options: Mapping[str, BusOptions],
+    witnesses: Mapping[str, Witness] | None = None,
 ) -> None:
     """Show each robot to a realm of its own, until cancelled; then keep the world.
 
@@ -108,11 +111,13 @@ async def run_team(
         team: the robots.
         store: where to keep their world, None for nowhere.
         options: how to join the bus, for each robot by its name.
+        witnesses: who records what happens to a robot, by its name.
     """
     async with asyncio.TaskGroup() as group:
         for number, robot in enumerate(team.robots):
             keeper = store if number == 0 else None
-            module = RobotModule(robot, keeper, options[robot.name])
+            witness = (witnesses or {}).get(robot.name)
+            module = RobotModule(robot, keeper, options[robot.name], witness)
             group.create_task(module.run(), name=f"robot {robot.name}")
 
 
