@@ -153,3 +153,14 @@ def test_places_are_drawn_to_scale():
     assert far[1] < corner[1], "north is up"
     assert (far[0] - corner[0]) / (corner[1] - far[1]) == pytest.approx(2.5)
     assert walls.startswith(f"M{corner[0]} {corner[1]}L")
+
+
+def test_a_floor_that_is_higher_than_wide_lies_on_its_side():
+    svg = plan_view("where", [(0.0, 0.0, 4.0, 10.0)], {"a": [(0.0, 0.0), (4.0, 10.0), (4.0, 0.0)]})
+    _, dots = (path.get("d") for path in elements(svg, "path"))
+    south_west, north_east, south_east = (
+        tuple(map(float, at.split())) for at in re.findall(r"M([\d. ]+)h0", dots)
+    )
+    assert north_east[0] > south_west[0] == south_east[0], "north is to the right"
+    assert south_east[1] == north_east[1] > south_west[1], "east is down"
+    assert "north to the right" in svg

@@ -100,24 +100,42 @@ def bars(title: str, counts: Mapping[str, float]) -> str:
 def plan_view(
     title: str, walls: Sequence[Sequence[float]], groups: Mapping[str, Sequence[Point]]
 ) -> str:
-    """Points in groups on a floor: walls as x and y of both ends, metres, y upwards."""
-    xs = [x for wall in walls for x in (wall[0], wall[2])]
-    ys = [y for wall in walls for y in (wall[1], wall[3])]
-    scale = (WIDTH - 2 * RIGHT) / max(max(xs) - min(xs), max(ys) - min(ys))
+    """Points in groups on a floor; one that is higher than wide has north to its right.
+
+    Args:
+        title: of the chart.
+        walls: x and y of both ends, metres, y upwards.
+        groups: points in metres, by the names of their groups.
+    """
+    low_x, high_x = _ends([x for wall in walls for x in (wall[0], wall[2])])
+    low_y, high_y = _ends([y for wall in walls for y in (wall[1], wall[3])])
+    wide, high = high_x - low_x, high_y - low_y
+    turned = high > wide
+    scale = (WIDTH - 2 * RIGHT) / max(wide, high)
 
     def spot(x: float, y: float) -> str:
-        return f"{RIGHT + scale * (x - min(xs)):.1f} {TOP + scale * (max(ys) - y):.1f}"
+        across, down = (y - low_y, x - low_x) if turned else (x - low_x, high_y - y)
+        return f"{RIGHT + scale * across:.1f} {TOP + scale * down:.1f}"
 
     path = "".join(f"M{spot(a, b)}L{spot(c, d)}" for a, b, c, d in walls)
     marks = [f'<path d="{path}" fill="none" stroke="currentColor" stroke-opacity="0.6"/>']
     for colour, group in zip(_colours(len(groups)), groups.values(), strict=True):
-        dots = "".join(f"M{spot(*point)}h0" for point in group)
-        marks.append(
-            f'<path d="{dots}" stroke="{colour}" stroke-width="7" stroke-linecap="round" '
-            'stroke-opacity="0.55"/>'
-        )
-    height = TOP + scale * (max(ys) - min(ys)) + RIGHT
-    return _svg(title, round(height), [*marks, *_legend(list(groups))])
+        marks.append(_dots(colour, [spot(*point) for point in group]))
+    note = ", north to the right" if turned else ""
+    height = round(TOP + scale * min(wide, high) + RIGHT)
+    return _svg(f"{title}{note}", height, [*marks, *_legend(list(groups))])
+
+
+def _ends(values: Sequence[float]) -> tuple[float, float]:
+    return min(values), max(values)
+
+
+def _dots(colour: str, spots: Sequence[str]) -> str:
+    path = "".join(f"M{spot}h0" for spot in spots)
+    return (
+        f'<path d="{path}" stroke="{colour}" stroke-width="7" stroke-linecap="round" '
+        'stroke-opacity="0.55"/>'
+    )
 
 
 def _frame(title: str, x: Axis, y: Axis, marks: list[str]) -> str:
