@@ -304,4 +304,5 @@ class Navigator:
             lost=self.localizer.lost,
             speed=sensors.speed,
             turn=sensors.turn_rate,
+            striper=seen_ranges(sensors),
         )

@@ -1,9 +1,9 @@
-"""A door seen from near: its place in the robot's odometry, measured on the jambs.
+"""A door seen from near: its place in the robot's odometry, measured on wall and jambs.
 
-The nearest thing in a sonar's cone beside an opening is the tip of a jamb. Its distance is exact
-however wide the cone is, so the ranges to the two jambs give the middle of the door to a few
-centimetres, which neither the map nor the position estimate does. A Kalman filter over the two
-coordinates of the middle takes them in one by one.
+Neither the map nor the position estimate knows the middle of a door to a few centimetres; what
+the robot senses on its way does. The nearest thing in a sonar's cone beside an opening is the tip
+of a jamb, whose distance is exact however wide the cone is. A laser sees where the wall ends. A
+Kalman filter over the middle and the heading of the door takes them in one by one.
 """
 
 from __future__ import annotations
@@ -13,17 +13,28 @@ import math
 import numpy as np
 
 from navigate.body import BEARINGS, CONE_HALF, NEAREST, RING_RADIUS, Pose, fresh_sonars, wrap
+from navigate.driving._doorsight import look_at_door
 from navigate.driving._view import View
 from navigate.maps import Floats, Passage
 
-MIDDLE_SIGMA = 0.09
-"""Doubt about the middle of a door before it is measured, metres: map and position estimate."""
+MIDDLE_SIGMA, HEADING_SIGMA = 0.12, math.radians(2.0)
+"""Doubt about a door before it is measured, metres and radians: map and position estimate."""
 
 JAMB_SIGMA = 0.045
 """Doubt about a range to a jamb, metres: noise, and the rays' spacing in the cone."""
 
-GATE = 0.2
-"""Metres by which a range may differ from what the jamb should give."""
+EDGE_SIGMA = 0.02
+"""Doubt about where a laser sees the wall end, metres: half the spacing of its beams."""
+
+WALL_SIGMA = 0.03
+"""Doubt about a point of the wall that a laser sees, metres; neighbours err alike."""
+
+GATE_SIGMAS, GATE = 3.0, 0.25
+"""By how much a reading may differ from what it should be: sigmas, and metres at most."""
+
+DRIFT_METRES, DRIFT_HEADING, DRIFT_TURN = 0.02, math.radians(0.8), math.radians(1.2)
+"""What dead reckoning errs by: metres and radians for each root of a metre that was driven, and
+radians for each root of a radian that was turned."""
 
 SURE = CONE_HALF - math.radians(2.0)
 """A jamb nearer than this to a sonar's axis is in its cone for sure."""
@@ -43,48 +54,100 @@ class DoorFrame:
     def __init__(self, door: Passage, sign: float, view: View) -> None:
         self.door = door
         nx, ny = door.normal[0] * sign, door.normal[1] * sign
-        turned = view.odom[2] - view.pose[2]
-        self.heading = wrap(math.atan2(ny, nx) + turned)
-        self._ahead = np.array([math.cos(self.heading), math.sin(self.heading)])
-        self._left = np.array([-self._ahead[1], self._ahead[0]])
-        self.middle = _transfer(door.centre, view.pose, view.odom)
-        self.covariance = np.eye(2) * MIDDLE_SIGMA**2
+        heading = wrap(math.atan2(ny, nx) + view.odom[2] - view.pose[2])
+        middle = _transfer(door.centre, view.pose, view.odom)
+        self._state = np.array([*middle, heading])
+        self._odom = view.odom
+        self._covariance = np.diag([MIDDLE_SIGMA**2, MIDDLE_SIGMA**2, 0.0])
+        self._doubt_heading(HEADING_SIGMA)
+
+    @property
+    def middle(self) -> Floats:
+        """The middle of the opening in odometry coordinates, shape (2,)."""
+        return self._state[:2]
+
+    @property
+    def heading(self) -> float:
+        """The direction straight through, radians in odometry coordinates."""
+        return float(self._state[2])
 
     def locate(self, odom: Pose) -> tuple[float, float, float]:
         """The robot in the frame: metres beyond the line, metres to the left, radians turned."""
+        ahead, left = self._axes()
         away = np.array(odom[:2]) - self.middle
-        ahead, left = float(away @ self._ahead), float(away @ self._left)
-        return ahead, left, wrap(odom[2] - self.heading)
+        return float(away @ ahead), float(away @ left), wrap(odom[2] - self.heading)
 
     @property
     def doubt(self) -> float:
         """Standard deviation across the opening, metres."""
-        return math.sqrt(float(self._left @ self.covariance @ self._left))
+        left = np.array([*self._axes()[1], 0.0])
+        return math.sqrt(float(left @ self._covariance @ left))
 
     def measure(self, view: View) -> None:
-        """Take in the fresh readings that come from a jamb."""
+        """Take in how far the robot has moved, and the new readings of wall and jambs."""
+        self._drift(view.odom)
         for number in fresh_sonars(view.fresh):
             if NEAREST + 0.01 < view.ranges[number] < FARTHEST_JAMB:
-                self._take_in(view.odom, float(BEARINGS[number]), float(view.ranges[number]))
+                self._hear(view.odom, float(BEARINGS[number]), float(view.ranges[number]))
+        if len(view.striper):
+            self._see(view)
 
-    def _take_in(self, odom: Pose, bearing: float, reading: float) -> None:
+    def _drift(self, odom: Pose) -> None:
+        metres = math.dist(odom[:2], self._odom[:2])
+        turn = abs(wrap(odom[2] - self._odom[2]))
+        self._odom = odom
+        self._covariance[0, 0] += DRIFT_METRES**2 * metres
+        self._covariance[1, 1] += DRIFT_METRES**2 * metres
+        self._doubt_heading(math.sqrt(DRIFT_HEADING**2 * metres + DRIFT_TURN**2 * turn))
+
+    def _doubt_heading(self, sigma: float) -> None:
+        """Doubt where the robot looks, by so many radians: the door turns about the robot."""
+        dx, dy = self.middle - np.array(self._odom[:2])
+        swing = np.array([-dy, dx, 1.0])
+        self._covariance += sigma**2 * np.outer(swing, swing)
+
+    def _hear(self, odom: Pose, bearing: float, reading: float) -> None:
+        """A sonar's range to the nearer of the jambs in its cone."""
         axis = odom[2] + bearing
         sonar = np.array(odom[:2]) + RING_RADIUS * np.array([math.cos(axis), math.sin(axis)])
-        tips = [self.middle + side * self.door.width / 2 * self._left for side in (-1.0, 1.0)]
-        seen = [tip - sonar for tip in tips if _in_cone(tip - sonar, axis)]
+        ahead, left = self._axes()
+        sides = [side * self.door.width / 2 for side in (-1.0, 1.0)]
+        seen = [(self.middle + side * left - sonar, side) for side in sides]
+        seen = [(away, side) for away, side in seen if _in_cone(away, axis)]
         if not seen:
             return
-        nearest = min(seen, key=lambda away: float(away @ away))
-        distance = math.hypot(*nearest)
-        if abs(reading - distance) < GATE:
-            self._update(nearest / distance, reading - distance)
+        away, side = min(seen, key=lambda tip: float(tip[0] @ tip[0]))
+        distance = math.hypot(*away)
+        unit = away / distance
+        change = np.array([*unit, -side * float(unit @ ahead)])
+        self._take_in(change, reading - distance, JAMB_SIGMA)
 
-    def _update(self, direction: Floats, surprise: float) -> None:
-        """Kalman update of the middle by one range along ``direction``."""
-        spread = self.covariance @ direction
-        gain = spread / (float(direction @ spread) + JAMB_SIGMA**2)
-        self.middle = self.middle + gain * surprise
-        self.covariance = self.covariance - np.outer(gain, spread)
+    def _see(self, view: View) -> None:
+        """What a laser sees of the wall, and where it ends."""
+        ahead, left = self._axes()
+        sight = look_at_door(self.locate(view.odom), view.striper)
+        for along in sight.wall:
+            # Of a point of the wall its distance from the line is known to be none.
+            change = np.array([*-ahead, float(along[1])])
+            self._take_in(change, -float(along[0]), WALL_SIGMA)
+        for side, ends in ((-1.0, sight.right_jambs), (1.0, sight.left_jambs)):
+            for end in ends:
+                change = np.array([*-left, 0.0])
+                self._take_in(change, side * self.door.width / 2 - end, EDGE_SIGMA)
+
+    def _take_in(self, change: Floats, surprise: float, sigma: float) -> None:
+        """Kalman update by one number that grows by ``change`` with the state."""
+        spread = self._covariance @ change
+        doubt = float(change @ spread) + sigma**2
+        if abs(surprise) > min(GATE, GATE_SIGMAS * math.sqrt(doubt)):
+            return
+        gain = spread / doubt
+        self._state = self._state + gain * surprise
+        self._covariance = self._covariance - np.outer(gain, spread)
+
+    def _axes(self) -> tuple[Floats, Floats]:
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        return np.array([cos, sin]), np.array([-sin, cos])
 
 
 def _in_cone(away: Floats, axis: float) -> bool:

@@ -11,7 +11,7 @@ import math
 from navigate.body import RING_RADIUS, ROBOT_RADIUS, wrap
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
-from navigate.driving._turning import turn_by, turn_rate
+from navigate.driving._turning import turn_rate
 from navigate.driving._view import STOP, DoorMissed, DoorShut, Manoeuvre, View, Wheels
 from navigate.maps import Passage
 
@@ -41,6 +41,12 @@ BACK_TO, BACK_SECONDS = -0.85, 9.0
 ASIDE = 0.1
 """Metres beside the axis to which the robot backs out before it tries again."""
 
+TOO_NEAR = -0.6
+"""Metres before the line from which on the robot cannot line up any more: it backs out first."""
+
+FACED, FACE_SECONDS = 0.03, 8.0
+"""Radians off within which the robot faces a door, and how long turning may take."""
+
 ONWARD, STANDING_SECONDS = 0.03, 6.0
 """Metres that count as getting on, and seconds without them after which it does not."""
 
@@ -56,6 +62,8 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
         DoorMissed: the robot did not get into line with it.
     """
     frame = DoorFrame(door, sign, view)
+    if TOO_NEAR < frame.locate(view.odom)[0] < 0.0:
+        view = yield from _retreat(view, frame)
     for attempt in range(TRIES):
         log.try_door(door.name)
         if frame.locate(view.odom)[0] < COMMITTED + 0.1:
@@ -73,9 +81,17 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
 
 
 def _face(view: View, frame: DoorFrame) -> Manoeuvre[View]:
-    ahead, left, turned = frame.locate(view.odom)
-    aim = math.atan2(-left, max(0.5, -ahead)) if abs(left) > 0.05 else 0.0
-    return (yield from turn_by(view, wrap(0.6 * aim - turned)))
+    """Turn to the door, and measure what comes into view meanwhile."""
+    until = view.time + FACE_SECONDS
+    while view.time < until:
+        frame.measure(view)
+        ahead, left, turned = frame.locate(view.odom)
+        aim = math.atan2(-left, max(0.5, -ahead)) if abs(left) > 0.05 else 0.0
+        error = wrap(0.6 * aim - turned)
+        if abs(error) < FACED:
+            break
+        view = yield Wheels(0.0, turn_rate(error))
+    return view
 
 
 def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:

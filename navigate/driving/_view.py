@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
+
+import numpy as np
 
 from navigate.body import Pose
 from navigate.maps import Floats, Point
@@ -39,7 +41,8 @@ class View:
     ``pose`` is believed, in the map frame, ``odom`` is dead reckoning. ``ranges`` has shape
     (24,), metres from the ring, inf for no echo; ``fresh`` holds the bits of new readings.
     ``echoes`` are what was heard around lately, shape (n, 2), metres ahead and left; ``speed``
-    in m/s and ``turn`` in rad/s are how the wheels move now.
+    in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the ranges of its
+    beams, metres, empty on a robot that has none.
     """
 
     time: float
@@ -52,6 +55,7 @@ class View:
     lost: bool = False
     speed: float = 0.0
     turn: float = 0.0
+    striper: Floats = field(default_factory=lambda: np.empty(0))
 
     @property
     def at(self) -> Point:
