@@ -7,13 +7,15 @@ arrays are little endian, one-dimensional.
 
 from __future__ import annotations
 
-import json
 import struct
 from collections.abc import Mapping
+from functools import cache, lru_cache
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import to_json
 
 from tca_bus._errors import InvalidMessageError
 from tca_bus._problems import problems_of
@@ -36,18 +38,31 @@ class _FrameHeader(BaseModel):
     arrays: list[_ArrayHeader]
 
 
+_number_type = cache(np.dtype)
+"""Of the few kinds of number that a header may name."""
+
+
 def encode_frame(model: BaseModel, kinds: Mapping[str, str]) -> bytes:
     """Encode a model whose fields named in ``kinds`` are arrays of those number types."""
-    arrays = {name: np.ascontiguousarray(getattr(model, name), kinds[name]) for name in kinds}
-    header = {
-        "fields": model.model_dump(mode="json", exclude=set(kinds)),
-        "arrays": [
-            {"name": name, "dtype": array.dtype.str, "length": len(array)}
-            for name, array in arrays.items()
-        ],
+    arrays = {
+        name: np.ascontiguousarray(getattr(model, name), kind) for name, kind in kinds.items()
     }
-    text = json.dumps(header, separators=(",", ":")).encode()
-    return b"".join([_HEADER_LENGTH.pack(len(text)), text, *(a.tobytes() for a in arrays.values())])
+    plain = model.__pydantic_serializer__.to_python(model, mode="json", exclude=set(kinds))
+    fields = to_json(plain, inf_nan_mode="constants")
+    text = b'{"fields":%b,"arrays":%b}' % (fields, _described(arrays))
+    return b"".join(
+        [_HEADER_LENGTH.pack(len(text)), text, *(one.tobytes() for one in arrays.values())]
+    )
+
+
+def _described(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """What the header says of the arrays; those of one message type rarely change in length."""
+    return _describe(tuple((name, one.dtype.str, len(one)) for name, one in arrays.items()))
+
+
+@lru_cache(maxsize=256)
+def _describe(arrays: tuple[tuple[str, str, int], ...]) -> bytes:
+    return to_json([{"name": n, "dtype": kind, "length": size} for n, kind, size in arrays])
 
 
 def decode_frame(data: bytes, name: str) -> dict[str, Any]:
@@ -57,14 +72,15 @@ def decode_frame(data: bytes, name: str) -> dict[str, Any]:
         InvalidMessageError: It is no frame, or one that is cut off or too long.
     """
     header, offset = _read_header(data, name)
-    fields = dict(header.fields)
+    fields = header.fields
     for entry in header.arrays:
-        dtype = np.dtype(entry.dtype)
-        end = offset + entry.length * dtype.itemsize
+        array, length = entry.name, entry.length
+        dtype = _number_type(entry.dtype)
+        end = offset + length * dtype.itemsize
         if end > len(data):
-            problem = f"{entry.name}: expected {end} bytes of frame, got {len(data)}"
+            problem = f"{array}: expected {end} bytes of frame, got {len(data)}"
             raise InvalidMessageError(name, [problem])
-        fields[entry.name] = np.frombuffer(data, dtype, entry.length, offset)
+        fields[array] = np.frombuffer(data, dtype, length, offset)
         offset = end
     if offset != len(data):
         problem = f"frame: expected {offset} bytes, got {len(data)}"

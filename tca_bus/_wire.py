@@ -74,19 +74,27 @@ def encode_message(message: Message) -> Payload:
     return Payload(write(message), encoding)
 
 
+def _frame_encoding(kind: type[Message]) -> str:
+    return f"{FRAME_TYPE};{kind.wire_name}@{kind.revision}"
+
+
 @cache
 def _writer(kind: type[Message]) -> tuple[Callable[[Message], bytes], str]:
     """What writes messages of a type, and their encoding."""
     if array_fields(kind):
-        encoding = f"{FRAME_TYPE};{kind.wire_name}@{kind.revision}"
-        return lambda message: _frame(message, "").data, encoding
+        write, arrays = _frames().encode_frame, array_fields(kind)
+        return lambda message: write(message, arrays), _frame_encoding(kind)
     return message_adapter(kind).serializer.to_json, json_encoding(kind)
 
 
 @cache
 def _reader(kind: type[Message]) -> tuple[Callable[[bytes], Message], str]:
-    """What reads JSON messages of a type, and the encoding that they have as a rule."""
-    return message_adapter(kind).validator.validate_json, json_encoding(kind)
+    """What reads messages of a type, and the encoding that they have as a rule."""
+    validator = message_adapter(kind).validator
+    if array_fields(kind):
+        take_apart, name = _frames().decode_frame, kind.wire_name
+        return lambda data: validator.validate_python(take_apart(data, name)), _frame_encoding(kind)
+    return validator.validate_json, json_encoding(kind)
 
 
 def encode_answer(

@@ -40,6 +40,8 @@ class ArrayField(ArrayMark):
         return {"type": "array", "items": {"type": "number"}, "format": self.dtype.str}
 
     def _validate(self, value: Any) -> NDArray[Any]:
+        if isinstance(value, np.ndarray) and value.dtype == self.dtype and value.ndim == 1:
+            return value
         try:
             with np.errstate(over="raise", invalid="raise"):
                 array = np.asarray(value, dtype=self.dtype)
