@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,7 @@ ON_WALL = 0.05
 """What is so near before a wall, in metres, is on it."""
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(NamedTuple):
     """What the robot senses at the end of a tick: the fields of `Sensors`, less the time.
 
     ``sonar`` has shape (24,), metres from the ring, ``inf`` for no echo; ``odom`` shape (3,).

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import struct
+from dataclasses import astuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from xavier_sim.body import Odometry, Wheels, clip_command
+from xavier_sim.body import BodyState, Odometry, Physics, Wheels, clip_command
 from xavier_sim.body._base import next_velocities
-from xavier_sim.floors import load_floor
+from xavier_sim.floors import build_geometry, load_floor
 from xavier_sim.profile import (
     HARD,
     MODERN,
@@ -131,3 +133,16 @@ def test_slips_by_chance_leave_the_other_noise_as_it_is():
 def test_a_track_is_some_width():
     with pytest.raises(ValueError, match="track"):
         BaseProfile(track=0.0)
+
+
+@given(st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-1.5, 1.5)), max_size=20))
+@settings(max_examples=20, deadline=None)
+def test_the_state_is_what_pymunk_says_whether_it_was_read_or_pushed(pushes):
+    physics = Physics(build_geometry(PLAN))
+    robot = physics.add_robot(XAVIER.base, BodyState(PLAN.start.x, PLAN.start.y, 2.0))
+    for speed, turn_rate in [*pushes, (-0.0, -0.0)]:
+        robot.push(speed, turn_rate)
+        physics.step()
+        body = robot.shape.body
+        read = (*body.position, body.angle, *body.velocity, body.angular_velocity)
+        assert struct.pack("6d", *read) == struct.pack("6d", *astuple(robot.state))

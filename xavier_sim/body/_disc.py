@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Disc:
+class Disc(NamedTuple):
     """Somebody or something upright, in metres; ``person`` tells a person from a thing."""
 
     x: float

@@ -73,16 +73,24 @@ class RobotBody:
         space.add(self._body, self.shape)
         self.touches: list[Touch] = []
         self.contacts: list[Contact] = []
+        self._pushed: tuple[float, float, float] | None = None
         self._state: BodyState | None = None
         self.state = start
 
     @property
     def state(self) -> BodyState:
-        """Pose and velocities now; read once between two steps, as reading is slow."""
+        """Pose and velocities now; read once between two steps, as reading is slow.
+
+        The velocities are those of the last push, unless the robot has run into something.
+        """
         if self._state is None:
             body = self._body
-            (x, y), (vx, vy) = body.position, body.velocity
-            self._state = BodyState(x, y, body.angle, vx, vy, body.angular_velocity)
+            x, y = body.position
+            if self._pushed is not None and not self.touches:
+                self._state = BodyState(x, y, body.angle, *self._pushed)
+            else:
+                vx, vy = body.velocity
+                self._state = BodyState(x, y, body.angle, vx, vy, body.angular_velocity)
         return self._state
 
     @state.setter
@@ -91,7 +99,7 @@ class RobotBody:
         body.position, body.velocity = (state.x, state.y), (state.vx, state.vy)
         body.angle, body.angular_velocity = state.theta, state.turn_rate
         self._space.reindex_shapes_for_body(body)
-        self._state = None
+        self._pushed, self._state = None, None
 
     def moved(self) -> None:
         """Forget the state that was read: a step has passed."""
@@ -100,9 +108,10 @@ class RobotBody:
     def push(self, speed: float, turn_rate: float) -> None:
         """Set the velocities for the next step, in which they last: m/s ahead, rad/s."""
         body, heading = self._body, self.state.theta
-        body.velocity = (speed * math.cos(heading), speed * math.sin(heading))
-        body.angular_velocity = turn_rate
-        self._state = None
+        # Pymunk, which adds its forces, none here, would make a negative zero positive.
+        vx, vy = speed * math.cos(heading) + 0.0, speed * math.sin(heading) + 0.0
+        body.velocity, body.angular_velocity = (vx, vy), turn_rate
+        self._pushed, self._state = (vx, vy, turn_rate + 0.0), None
 
     def undo_overlap(self) -> None:
         """Move out of whatever was touched."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from itertools import islice
 from typing import Protocol
 
@@ -134,7 +133,7 @@ class RecordedRobot:
     def reading(self) -> Reading:
         """What it sensed at this tick."""
         sensors = self._now.sensors
-        return Reading(**{one.name: getattr(sensors, one.name) for one in fields(Reading)})
+        return Reading(**{name: getattr(sensors, name) for name in Reading._fields})
 
     @property
     def must_save(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,13 @@ PARALLEL = 1e-7
 """A ray that meets a segment at a smaller angle, in radians, passes along it."""
 
 NO_CIRCLES: Floats = np.empty((0, 3))
+
+
+class Bundle(NamedTuple):
+    """Rays: where they start, shape (k, 2), metres, and where they look, shape (k,), radians."""
+
+    origins: Floats
+    angles: Floats
 
 
 class Caster(ABC):
@@ -42,7 +50,7 @@ class Caster(ABC):
     def cast(
         self, origins: Floats, angles: Floats, *, circles: Floats | None = None
     ) -> tuple[Floats, Floats]:
-        """Cast rays that start within half a metre of the first one's start.
+        """Cast rays that start within a metre of the first one's start.
 
         Args:
             origins: shape (k, 2), metres.

@@ -25,19 +25,20 @@ class Crosstalk:
         self._share = share
         self._random = stream(seed, "sonar crosstalk")
 
-    def disturb(self, mounts: Floats, bearing: Floats, echo: Floats) -> Floats:
-        """What the sonars hear first, metres, shape (k,), ``inf`` for nothing.
+    def disturb(self, mounts: Floats, bearing: Floats, echoes: list[float]) -> list[float]:
+        """What each of k sonars hears first, metres, ``inf`` for nothing.
 
         Args:
             mounts: of the sonars that fire together, in their order round the ring, metres,
                 shape (k, 2).
             bearing: where each one's echo comes from, radians, shape (k,).
-            echo: how far that is, metres, shape (k,).
+            echoes: how far that is, metres.
         """
-        draw = self._random.random(len(echo))
+        draw = self._random.random(len(echoes))
         hears = draw < self._share
         if not hears.any():
-            return echo
+            return echoes
+        echo = np.array(echoes)
         met = np.isfinite(echo)
         away = np.where(met, echo, 0.0)
         spots = mounts + away[:, None] * np.column_stack([np.cos(bearing), np.sin(bearing)])
@@ -45,7 +46,8 @@ class Crosstalk:
         sender %= len(echo)
         back = np.hypot(*(spots[sender] - mounts).T)
         foreign = np.where(met[sender], (echo[sender] + back) / 2, np.inf)
-        return np.where(hears, np.minimum(echo, foreign), echo)
+        first: list[float] = np.where(hears, np.minimum(echo, foreign), echo).tolist()
+        return first
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs."""

@@ -7,8 +7,11 @@ from numpy.typing import NDArray
 
 from xavier_sim.sensors._caster import END_TOLERANCE, PARALLEL, Caster, Floats
 
-CULL_MARGIN = 1.0
+MOVED = 0.5
 """How far the robot may move, in metres, before the near segments are looked for again."""
+
+APART = 1.0
+"""Metres within which the rays of one cast start."""
 
 
 class RayCaster(Caster):
@@ -60,9 +63,9 @@ class RayCaster(Caster):
     def _cull(self, x: float, y: float) -> None:
         """Keep the switched-on segments that a ray from near (x, y) can reach."""
         at = self._culled_at
-        if at is None or abs(at[0] - x) + abs(at[1] - y) > CULL_MARGIN / 2:
+        if at is None or abs(at[0] - x) + abs(at[1] - y) > MOVED:
             self._culled_at = (x, y)
-            reach = self._reach + CULL_MARGIN
+            reach = self._reach + MOVED + APART
             self._keep(np.flatnonzero(self._on & (self.distances(x, y) <= reach)))
 
     def _keep(self, near: NDArray[np.intp]) -> None:

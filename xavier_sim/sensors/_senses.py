@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,8 +22,7 @@ ALL_FRESH = (1 << SONAR_COUNT) - 1
 NO_BEAMS: Ranges = np.empty(0, dtype=np.float32)
 
 
-@dataclass(frozen=True)
-class Sensed:
+class Sensed(NamedTuple):
     """What the range sensors last read; shapes and units are those of `Sensors`."""
 
     sonar: Ranges
@@ -70,6 +68,7 @@ class Senses:
         self._sonar = SonarRing(profile.sonar, seed) if profile.sonar else None
         self._striper = Laser(profile.striper, seed, "striper") if profile.striper else None
         self._lidar = Laser(profile.lidar, seed, "lidar") if profile.lidar else None
+        self._lasers = [one for one in (self._striper, self._lidar) if one is not None]
         self._cones = Cones(profile.lidar) if profile.lidar else None
 
     def see_door(self, door: int, *, is_open: bool) -> None:
@@ -78,9 +77,7 @@ class Senses:
 
     def switch_on(self, pose: Pose, *, circles: Floats | None = None) -> Sensed:
         """Fire everything at once."""
-        fresh = self._sonar.fire_all(self.caster, pose, circles=circles) if self._sonar else 0
-        self._sweep(pose, circles)
-        return self.sensed(fresh)
+        return self._fire(None, pose, circles)
 
     def sense(self, tick: int, pose: Pose, *, circles: Floats | None = None) -> Sensed:
         """Fire what has its turn at a tick.
@@ -90,9 +87,7 @@ class Senses:
             pose: of the robot.
             circles: shape (m, 3), x, y and radius in metres of whoever stands about.
         """
-        fresh = self._sonar.fire(tick, self.caster, pose, circles=circles) if self._sonar else 0
-        self._sweep(pose, circles)
-        return self.sensed(fresh)
+        return self._fire(tick, pose, circles)
 
     def sensed(self, fresh: int) -> Sensed:
         """What was read last, the sonars whose bits are in ``fresh`` just now."""
@@ -126,10 +121,9 @@ class Senses:
         Raises:
             NoSensorError: the robot has neither.
         """
-        lasers = self._lasers()
-        if not lasers:
+        if not self._lasers:
             raise NoSensorError("laser")
-        for laser in lasers:
+        for laser in self._lasers:
             laser.metres_off, laser.turned = metres, turn
 
     @property
@@ -140,7 +134,7 @@ class Senses:
     @property
     def laser_offset(self) -> tuple[float, float]:
         """Metres that the lasers measure too far, and radians that they look to the left."""
-        return next(((one.metres_off, one.turned) for one in self._lasers()), (0.0, 0.0))
+        return next(((one.metres_off, one.turned) for one in self._lasers), (0.0, 0.0))
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as plain values."""
@@ -152,12 +146,25 @@ class Senses:
             if name in state:
                 sensor.restore(state[name])
 
-    def _sweep(self, pose: Pose, circles: Floats | None) -> None:
-        for laser in self._lasers():
-            laser.sweep(self.caster, pose, circles=circles)
-
-    def _lasers(self) -> list[Laser]:
-        return [laser for laser in (self._striper, self._lidar) if laser is not None]
+    def _fire(self, tick: int | None, pose: Pose, circles: Floats | None) -> Sensed:
+        """Cast the rays of all sensors at once, and give each what its own have met."""
+        bundles, fresh = [laser.aim(pose) for laser in self._lasers], 0
+        volley = self._sonar.aim(tick, pose) if self._sonar else None
+        if volley:
+            bundles.append(volley.rays)
+        if not bundles:
+            return self.sensed(fresh)
+        origins = np.concatenate([one.origins for one in bundles])
+        angles = np.concatenate([one.angles for one in bundles])
+        distance, cosine = self.caster.cast(origins, angles, circles=circles)
+        begin = 0
+        for laser, bundle in zip(self._lasers, bundles, strict=False):
+            end = begin + len(bundle.angles)
+            laser.see(distance[begin:end], cosine[begin:end])
+            begin = end
+        if self._sonar and volley:
+            fresh = self._sonar.hear(volley, distance[begin:], cosine[begin:])
+        return self.sensed(fresh)
 
     def _ring(self) -> SonarRing:
         if self._sonar is None:

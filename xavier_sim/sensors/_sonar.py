@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from xavier_sim.messages import SONAR_COUNT
 from xavier_sim.noise import restore_stream, stream, stream_state
 from xavier_sim.profile import SonarProfile
-from xavier_sim.sensors._caster import Caster, Floats
+from xavier_sim.sensors._caster import Bundle, Floats
 from xavier_sim.sensors._crosstalk import Crosstalk
 from xavier_sim.sensors._readings import Pose, Ranges, plain, ranges_of
 
@@ -24,12 +24,27 @@ class Part:
     def __init__(self, sonars: NDArray[np.intp], rays: int) -> None:
         self.sonars = sonars
         self.bits: int = sum(1 << sonar for sonar in sonars.tolist())
-        self.bearings = sonars * PITCH
+        self.bearings: Floats = sonars.astype(np.float64) * PITCH
         self.owners = np.repeat(np.arange(len(sonars)), rays)
+
+
+class Volley(NamedTuple):
+    """The rays of sonars that fire together.
+
+    ``facing`` are the sonars' bearings in radians and ``mounts`` where they sit, metres, shape
+    (k, 2); ``rays`` start and look from there, those of each sonar together.
+    """
+
+    part: Part
+    facing: Floats
+    mounts: Floats
+    rays: Bundle
 
 
 class SonarRing:
     """Fires a part of the ring at each tick and remembers the last reading of each sonar.
+
+    `aim` says which rays that takes, `hear` is told what they met.
 
     Args:
         profile: of the sonars.
@@ -50,21 +65,34 @@ class SonarRing:
         self._slope = 1.0 / (profile.specular_to - profile.specular_from)
         self._crosstalk = Crosstalk(profile.crosstalk, seed) if profile.crosstalk else None
 
-    def fire(self, tick: int, caster: Caster, pose: Pose, *, circles: Floats | None = None) -> int:
-        """Fire the part of the ring whose turn it is, and return its bits.
+    def aim(self, tick: int | None, pose: Pose) -> Volley:
+        """The rays of the part of the ring whose turn it is at a tick, of all of it for None."""
+        part = self._whole if tick is None else self._parts[tick % self._profile.phases]
+        radius, (x, y, theta) = self._profile.ring_radius, pose
+        facing = theta + part.bearings
+        mounts = np.empty((len(facing), 2))
+        np.cos(facing, out=mounts[:, 0])
+        np.sin(facing, out=mounts[:, 1])
+        mounts *= radius
+        mounts += x, y
+        looks = (facing[:, None] + self._spread).ravel()
+        return Volley(part, facing, mounts, Bundle(mounts[part.owners], looks))
 
-        Args:
-            tick: of the world.
-            caster: of the walls.
-            pose: of the robot.
-            circles: shape (m, 3), x, y and radius in metres of whoever stands about.
+    def hear(self, volley: Volley, distance: Floats, cosine: Floats) -> int:
+        """Take new readings of what a volley met, and return the bits of its sonars.
+
+        A tick's sonars are few: numbers are quicker one by one than numpy's calls for all.
         """
-        part = self._parts[tick % self._profile.phases]
-        return self._measure(part, pose, caster, circles)
-
-    def fire_all(self, caster: Caster, pose: Pose, *, circles: Floats | None = None) -> int:
-        """Fire the whole ring at once, as when it is switched on."""
-        return self._measure(self._whole, pose, caster, circles)
+        part, nearest = volley.part, self._nearest(distance.tolist(), self._loss(cosine))
+        echoes = [echo for echo, _ in nearest]
+        if self._crosstalk:
+            bearing = volley.facing + self._spread[[ray for _, ray in nearest]]
+            echoes = self._crosstalk.disturb(volley.mounts, bearing, echoes)
+        self.readings[part.sonars] = self._disturb(echoes)
+        for number, reading in self.stuck.items():
+            if part.bits >> number & 1:
+                self.readings[number] = reading
+        return part.bits
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as plain numbers; None stands for no echo."""
@@ -84,50 +112,41 @@ class SonarRing:
         if self._crosstalk and state.get("crosstalk"):
             self._crosstalk.restore(state["crosstalk"])
 
-    def _measure(self, part: Part, pose: Pose, caster: Caster, circles: Floats | None) -> int:
-        """Take new readings of a part, metres from the ring, and return its bits."""
-        profile, (x, y, theta) = self._profile, pose
-        facing = theta + part.bearings
-        mounts = np.empty((len(facing), 2))
-        mounts[:, 0] = x + profile.ring_radius * np.cos(facing)
-        mounts[:, 1] = y + profile.ring_radius * np.sin(facing)
-        angles = (facing[:, None] + self._spread).ravel()
-        distance, cosine = caster.cast(mounts[part.owners], angles, circles=circles)
-        distance[self._lost(cosine)] = np.inf
-        cones = distance.reshape(len(facing), profile.rays)
-        echo = cones.min(axis=1)
-        if self._crosstalk:
-            bearing = facing + self._spread[cones.argmin(axis=1)]
-            echo = self._crosstalk.disturb(mounts, bearing, echo)
-        self.readings[part.sonars] = self._disturb(echo)
-        for number, reading in self.stuck.items():
-            if part.bits >> number & 1:
-                self.readings[number] = reading
-        return part.bits
+    def _nearest(self, distance: list[float], loss: list[float]) -> list[tuple[float, int]]:
+        """Metres to the nearest of each cone that is not lost, and the number of its ray there."""
+        profile, count = self._profile, self._profile.rays
+        whole = profile.specular_whole
+        draws = self._random.random(len(distance) // count if whole else len(distance)).tolist()
+        found = []
+        for cone in range(len(distance) // count):
+            echo, nearest = math.inf, 0
+            for ray in range(count):
+                at = cone * count + ray
+                if distance[at] < echo and draws[cone if whole else at] >= loss[at]:
+                    echo, nearest = distance[at], ray
+            found.append((echo, nearest))
+        return found
 
-    def _lost(self, cosine: Floats) -> NDArray[np.bool_]:
-        """Which rays' echoes glance off, by the cosines of their incidence."""
+    def _loss(self, cosine: Floats) -> list[float]:
+        """How likely each ray's echo glances off, by the cosine of its incidence."""
         profile = self._profile
         incidence = np.arccos(np.minimum(cosine, 1.0))
         share = (incidence - profile.specular_from) * self._slope
         loss = np.minimum(np.maximum(share, 0.0), 1.0) * profile.specular_loss
-        if profile.specular_whole:
-            draw = np.repeat(self._random.random(len(cosine) // profile.rays), profile.rays)
-        else:
-            draw = self._random.random(len(cosine))
-        lost: NDArray[np.bool_] = draw < loss
-        return lost
+        odds: list[float] = loss.tolist()
+        return odds
 
-    def _disturb(self, echo: Floats) -> Floats:
+    def _disturb(self, echoes: list[float]) -> list[float]:
         """Add noise and outliers; what is nearer than the nearest reads as the nearest."""
-        profile, count = self._profile, len(echo)
-        odds, place = self._random.random((2, count))
-        known = np.where(np.isinf(echo), 0.0, echo)
-        sigma = profile.noise + profile.noise_share * known
-        reading = echo + sigma * self._random.standard_normal(count)
-        astray = odds < profile.outliers
-        if astray.any():
-            stray = profile.nearest + place * (profile.farthest - profile.nearest)
-            reading[astray] = stray[astray]
-        reading[reading > profile.farthest] = np.inf
-        return np.maximum(reading, profile.nearest)
+        profile = self._profile
+        odds, places = self._random.random((2, len(echoes))).tolist()
+        errors = self._random.standard_normal(len(echoes)).tolist()
+        readings = []
+        for echo, odd, place, error in zip(echoes, odds, places, errors, strict=True):
+            known = 0.0 if math.isinf(echo) else echo
+            reading = echo + (profile.noise + profile.noise_share * known) * error
+            if odd < profile.outliers:
+                reading = profile.nearest + place * (profile.farthest - profile.nearest)
+            too_far = reading > profile.farthest
+            readings.append(math.inf if too_far else max(reading, profile.nearest))
+        return readings
