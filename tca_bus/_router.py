@@ -30,10 +30,16 @@ DEFAULT_LISTEN = "tcp/127.0.0.1:7447"
 MOST_SESSIONS = 10_000
 """Zenoh's own limit of 1,000 would leave out a thousandth module, and central with it."""
 
-LINK_RETRY = {"period_init_ms": 400, "period_max_ms": 400, "period_increase_factor": 1}
+LINK_RETRY = {"period_init_ms": 200, "period_max_ms": 200, "period_increase_factor": 1}
 """How a lost link to another router is opened again. Routers count anew which way leads where
 100 ms after a change; one that came back sooner would be taken for the one before, and never be
 told of the tokens beyond the link."""
+
+LINK_TIMEOUT = 0.4
+"""Wall seconds for one try to open a link: four round trips of 100 ms. The kernel sends what was
+lost again after 1, 2, 4, 8 s; a try that began while the link was cut would outlast its healing."""
+
+SHORTEST_LINK_TIMEOUT, LONGEST_LINK_TIMEOUT = 0.05, 60.0
 
 PORT_TRIES = 5
 
@@ -76,7 +82,11 @@ class Guard:
 
 
 def router_settings(
-    endpoint: str, guard: Guard | None = None, links: Sequence[str] = ()
+    endpoint: str,
+    guard: Guard | None = None,
+    links: Sequence[str] = (),
+    *,
+    link_timeout: float = LINK_TIMEOUT,
 ) -> dict[str, Any]:
     """The Zenoh configuration of the router: an admin space, bounded messages, and gossip.
 
@@ -103,7 +113,11 @@ def router_settings(
         "timestamping": {"enabled": True},
         "adminspace": {"enabled": True},
         "transport": {
-            "unicast": {"accept_timeout": 2000, "max_sessions": MOST_SESSIONS},
+            "unicast": {
+                "open_timeout": round(link_timeout * 1000),
+                "accept_timeout": 2000,
+                "max_sessions": MOST_SESSIONS,
+            },
             "link": {
                 "tx": {"lease": LEASE_MS},
                 "rx": {"max_message_size": MOST_MESSAGE_BYTES},
@@ -125,11 +139,13 @@ class Router:
 
     ``links`` are the endpoints of other routers, on other hosts, with which it makes one bus. It
     starts without them, connects when they are there, and again after each loss; one of two
-    routers has to name the other.
+    routers has to name the other. ``link_timeout`` is how many wall seconds one try may take: give
+    links with round trips beyond 100 ms more, at the price that a healed one is back later.
 
     Raises:
         ConfigError: An endpoint is none, or something listens there already, or the keys of the
-            guard cannot be used, or there are both a guard and links.
+            guard cannot be used, or there are both a guard and links, or the timeout is out of
+            its range.
     """
 
     def __init__(
@@ -138,6 +154,7 @@ class Router:
         *,
         guard: Guard | None = None,
         links: Sequence[str] = (),
+        link_timeout: float = LINK_TIMEOUT,
     ) -> None:
         for name, endpoint in [("listen endpoint", listen), *(("--link", link) for link in links)]:
             if not ENDPOINT_PATTERN.fullmatch(endpoint):
@@ -145,8 +162,12 @@ class Router:
         if guard is not None and links:
             expected = "none for a router with keys: its rules know modules, not other routers"
             raise ConfigError("--link", ", ".join(links), expected)
+        if not SHORTEST_LINK_TIMEOUT <= link_timeout <= LONGEST_LINK_TIMEOUT:
+            expected = f"{SHORTEST_LINK_TIMEOUT:g} to {LONGEST_LINK_TIMEOUT:g} seconds"
+            raise ConfigError("--link-timeout", link_timeout, expected)
         self.listen = listen
         self.links = tuple(links)
+        self.link_timeout = link_timeout
         self.endpoint = listen
         self.guard = guard
         self._session: zenoh.Session | None = None
@@ -183,8 +204,8 @@ class Router:
                 return
 
     async def _open(self, endpoint: str) -> None:
-        settings = json.dumps(router_settings(endpoint, self.guard, self.links))
-        config = zenoh.Config.from_json5(settings)
+        settings = router_settings(endpoint, self.guard, self.links, link_timeout=self.link_timeout)
+        config = zenoh.Config.from_json5(json.dumps(settings))
         opening = asyncio.ensure_future(asyncio.to_thread(zenoh.open, config))
         try:
             self._session = await asyncio.shield(opening)

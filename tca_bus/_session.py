@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import re
 import time
 from collections.abc import Callable
 from typing import Any, Self, TypeVar
@@ -28,7 +29,9 @@ OPEN_SLICE_MS = 500
 """One try to open; a cancelled module waits for at most this long."""
 
 OPEN_TIMEOUT_MS = 10_000
-"""Zenoh's own limit to one handshake."""
+"""Zenoh's own limit to one handshake. Beyond this host each try has `OPEN_SLICE_MS`: the kernel
+sends what was lost again after 1, 2, 4, 8 s, so one that began while the network was cut would go
+on long after it is healed."""
 
 RETRY = {"period_init_ms": 100, "period_max_ms": 250, "period_increase_factor": 2}
 """How a lost link is opened again; presence counts on four tries a second."""
@@ -41,6 +44,8 @@ NO_SHARED_MEMORY = {"enabled": False}
 
 LOOPBACK = "tcp/127.0.0.1:0"
 """Where a module with direct links listens: on a free port of this host only."""
+
+_ON_THIS_HOST = re.compile(r"^unixsock-stream/|^[a-z]+/(127\.|localhost:|\[::1\]:)")
 
 NO_MESSAGE, NOBODY = "tca.settle", "-"
 """A message that no module handles, asked for the sake of the answer that says so."""
@@ -94,13 +99,20 @@ def _config(
             **credentials,
             "link": {"tx": {"lease": LEASE_MS}, **credentials["link"]},
             "shared_memory": NO_SHARED_MEMORY,
-            "unicast": {"open_timeout": OPEN_SLICE_MS if once else OPEN_TIMEOUT_MS},
+            "unicast": {
+                "open_timeout": OPEN_SLICE_MS if once or _is_beyond(options) else OPEN_TIMEOUT_MS
+            },
         },
     }
     try:
         return zenoh.Config.from_json5(json.dumps(settings | common))
     except zenoh.ZError as error:
         raise ConfigError("--connect", options.connect, f"a Zenoh endpoint ({error})") from error
+
+
+def _is_beyond(options: BusOptions) -> bool:
+    """Whether a network lies between this process and its router."""
+    return _ON_THIS_HOST.match(options.connect) is None
 
 
 class Session:

@@ -12,7 +12,7 @@ from tca_bus._credentials import Auth
 from tca_bus._errors import ConfigError
 from tca_bus._logs import configure_logging
 from tca_bus._policy_file import read_policy
-from tca_bus._router import Guard, Router
+from tca_bus._router import LINK_TIMEOUT, Guard, Router
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 
 
@@ -21,6 +21,7 @@ async def router(
     policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None,
     auth: Auth | None = None,
     link: Annotated[list[str] | None, Parameter(env_var="TCA_LINK", negative="")] = None,
+    link_timeout: float = LINK_TIMEOUT,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Run the Zenoh router, which all processes connect to.
@@ -37,10 +38,13 @@ async def router(
     link
         Endpoint of a router on another host, which makes one bus with this one; may be given
         more than once. Either may start first, and the link is made again when it was cut.
+    link_timeout
+        Seconds that one try to reach such a router may take. More for links with round trips
+        beyond 100 ms; a healed link is back within this and half a second.
     """
     configure_logging("router", level=flags.level, json=flags.json)
     guard = _guard(flags, policy, auth)
-    async with Router(flags.connect, guard=guard, links=link or ()):
+    async with Router(flags.connect, guard=guard, links=link or (), link_timeout=link_timeout):
         await asyncio.get_running_loop().create_future()
 
 
