@@ -19,7 +19,7 @@ MOST_ALONG = 4
 """Requests that take part besides because they begin and end where the others do."""
 
 STAYING = 1.0
-"""Priority by which another must be more urgent to take the place of one that takes part."""
+"""Priority by which another must be more urgent to take the place of one that was begun."""
 
 
 def servable(
@@ -54,7 +54,7 @@ def servable(
 def choose(
     requests: Iterable[DeliveryRequest],
     *,
-    admitted: Collection[str],
+    begun: Collection[str],
     pinned: Collection[str],
     priority: Callable[[DeliveryRequest], float],
     identity: Callable[[DeliveryRequest], Hashable],
@@ -62,9 +62,11 @@ def choose(
 ) -> list[DeliveryRequest]:
     """Choose the requests that take part, the most urgent first.
 
+    What is asked for is all on disk, so that an agent which is started again chooses the same.
+
     Args:
         requests: All that could, the oldest first.
-        admitted: Ids of those that take part now.
+        begun: Ids of those for which something was done.
         pinned: Ids of those that must, since their items are on the tray.
         priority: How urgent a request is.
         identity: Of two requests that the planner cannot tell apart only one takes part.
@@ -72,12 +74,12 @@ def choose(
     """
 
     def urgency(request: DeliveryRequest) -> tuple[bool, float, float]:
-        staying = STAYING if request.id in admitted else 0.0
+        staying = STAYING if request.id in begun else 0.0
         return (request.id not in pinned, -priority(request) - staying, request.deadline)
 
     distinct: dict[Hashable, DeliveryRequest] = {}
-    # Who takes part already is asked first, so that none like it drives it out.
-    for request in sorted(requests, key=lambda r: r.id not in admitted and r.id not in pinned):
+    # What was begun is asked first, so that none like it drives it out.
+    for request in sorted(requests, key=lambda r: r.id not in begun):
         distinct.setdefault(identity(request), request)
     ranked = sorted(distinct.values(), key=urgency)
     chosen = [r for at, r in enumerate(ranked) if at < most or r.id in pinned]

@@ -307,7 +307,7 @@ class Episode:
         begun = [r for r in free if r.state is not RequestState.QUEUED]
         return choose(
             free,
-            admitted=self._admitted,
+            begun={r.id for r in begun},
             pinned={r.id for r in begun if (r.user, r.item) in tray},
             priority=self._priority,
             identity=self._identity,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from rogue.errands._agenda import GOALS, Agenda, key_of, robot_room, thing_of
 from rogue.errands._selection import Selected, select
-from rogue.errands._tour import OpenErrand, Stop, Tour
-from rogue.errands._touring import RunningTour
+from rogue.errands._tour import EMPTY, OpenErrand, Stop, Tour
+from rogue.errands._touring import best_tour
 from rogue.prodigy import Instance, Literal, MetaPredicate, SearchView
 
 ACQUIRE, DELIVER, RETURN = "acquire-item", "deliver-item", "return-item"
@@ -51,10 +51,9 @@ class Advice:
 
     def __init__(self, agenda: Agenda) -> None:
         self.agenda = agenda
-        self._running = RunningTour(agenda.travel)
         self._asked: SearchView | None = None
         self._question: tuple[object, ...] = ()
-        self.latest = Outlook(None, (), Selected(), self._running.update((), start=None))
+        self.latest = Outlook(None, (), Selected(), EMPTY)
         self._next: frozenset[int] = frozenset()
 
     def meta_predicates(self) -> Mapping[str, MetaPredicate]:
@@ -159,7 +158,7 @@ class Advice:
             now=now,
         )
         served = [e for e in errands if e.key in selected]
-        tour = self._running.update(served, start=here, now=now)
+        tour = best_tour(served, start=here, travel=agenda.travel, now=now)
         self._question, self.latest = question, Outlook(here, errands, selected, tour)
 
     def _next_of_tour(self, view: SearchView) -> frozenset[int]:

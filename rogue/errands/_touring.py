@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -23,6 +23,8 @@ def best_tour(
 ) -> Tour:
     """The best tour over errands: exact up to `EXACT_UP_TO`, beyond it as good as moves make it.
 
+    It depends on nothing but its arguments: whoever asks again gets the same.
+
     Args:
         errands: In any order.
         start: Room of the robot; None if nobody knows where that is.
@@ -35,10 +37,16 @@ def best_tour(
     setting = Setting.of(listed, start=start, travel=travel, now=now)
     if len(listed) <= EXACT_UP_TO:
         return exact_tour(setting)
-    line, tour = improved(grown(Line(setting, []), _by_due_time(setting)), ())
+    orders = (_by_due_time(setting), _by_rank(setting))
+    return min((_settled(setting, order) for order in orders), key=lambda tour: tour.cost)
+
+
+def _settled(setting: Setting, order: Sequence[int]) -> Tour:
+    """The tour into which errands are put in this order, and then moved while it gets better."""
+    line, tour = improved(grown(Line(setting, []), order), ())
     for _ in range(ROUNDS):
         before = tour.cost
-        line, tour = improved(line, range(len(listed)))
+        line, tour = improved(line, range(len(order)))
         if tour.cost >= before:
             break
     return tour
@@ -57,10 +65,6 @@ class RunningTour:
         self._rooms = Rooms(travel.distance)
         self._order: list[tuple[str, bool]] = []
         self._turn = 0
-
-    def forget_distances(self) -> None:
-        """Ask for distances anew: they have become better known."""
-        self._rooms = Rooms(self._travel.distance)
 
     def update(self, errands: Iterable[OpenErrand], *, start: str | None, now: float = 0.0) -> Tour:
         """The tour over these errands; arguments as those of `best_tour`."""
@@ -161,3 +165,7 @@ def promise(
 
 def _by_due_time(setting: Setting) -> list[int]:
     return sorted(range(len(setting.errands)), key=lambda at: setting.errands[at].deadline)
+
+
+def _by_rank(setting: Setting) -> list[int]:
+    return sorted(range(len(setting.errands)), key=lambda at: -setting.errands[at].rank)

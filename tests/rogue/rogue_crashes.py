@@ -247,6 +247,7 @@ class Ending:
     requests: dict[str, tuple[RequestState, str | None]]
     tray: set[Thing]
     acts: Counter[str]
+    drives: tuple[str, ...]
 
 
 class MemoryConnection:
@@ -340,7 +341,7 @@ class Run:
             self.world.ordered += 1
 
     async def _all_ended(self, module: CrashModule, store: Store) -> None:
-        async with asyncio.timeout(20.0):
+        async with asyncio.timeout(60.0):
             while True:
                 module.news.clear()
                 due = self.world.ordered < len(self.play.orders)
@@ -359,6 +360,7 @@ class Run:
             {request.id: (request.state, request.reason) for request in found},
             self.world.tray,
             Counter(self.world.acts),
+            tuple(act for act in self.world.acts if act.startswith("drove")),
         )
 
 

@@ -11,13 +11,13 @@ from rogue.messages import DeliveryRequest
 def chosen(
     requests: list[DeliveryRequest],
     *,
-    admitted: tuple[str, ...] = (),
+    begun: tuple[str, ...] = (),
     pinned: tuple[str, ...] = (),
     most: int = MOST,
 ) -> list[str]:
     found = choose(
         requests,
-        admitted=admitted,
+        begun=begun,
         pinned=pinned,
         priority=lambda request: float(request.rank),
         identity=lambda request: (request.user, request.item),
@@ -45,11 +45,11 @@ def test_of_equals_the_earlier_deadline_and_then_the_older_comes_first():
     assert chosen(requests) == ["q2", "q3", "q1"]
 
 
-def test_who_takes_part_stays_unless_another_is_clearly_more_urgent():
+def test_what_was_begun_stays_unless_another_is_clearly_more_urgent():
     requests = [request(1, 3), request(2, 4)]
-    assert chosen(requests, admitted=("q1",), most=1) == ["q1"]
+    assert chosen(requests, begun=("q1",), most=1) == ["q1"]
     requests = [request(1, 3), request(2, 5)]
-    assert chosen(requests, admitted=("q1",), most=1) == ["q2"]
+    assert chosen(requests, begun=("q1",), most=1) == ["q2"]
 
 
 def test_what_is_on_the_tray_stays():
@@ -72,7 +72,7 @@ def test_what_begins_and_ends_where_others_do_comes_along():
 def test_of_two_that_cannot_be_told_apart_one_waits():
     one, other = request(1, 0, user="ann"), request(2, 9, user="ann")
     assert chosen([one, other]) == ["q1"]
-    assert chosen([one, other], admitted=("q2",)) == ["q2"]
+    assert chosen([one, other], begun=("q2",)) == ["q2"]
 
 
 def gone_on_with(

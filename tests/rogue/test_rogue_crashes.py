@@ -40,6 +40,43 @@ ENDS = {
 """How the requests of a play end, where they are not all completed."""
 
 
+USERS = ("jblythe", "jgc", "khaigh", "pstone", "rich", "simmons", "skoenig", "veloso", "mitchell")
+ROOMS = ("r-5301", "r-5303", "r-5305", "r-5307", "r-5309", "r-5311", "r-5313", "r-5315")
+
+ERRANDS = [*((user, "pickupbook") for user in USERS), *((user, "recyclecan") for user in USERS[:6])]
+
+MANY = Play(
+    tuple(
+        post(
+            f"m{number}",
+            user,
+            item,
+            after=number // 6,
+            pickup=ROOMS[5 * number % 8],
+            deliver=ROOMS[(5 * number + 3) % 8],
+        )
+        for number, (user, item) in enumerate(ERRANDS)
+    ),
+    places=3,
+)
+"""More errands than tours are exact for, and more than take part in one search."""
+
+
+async def test_an_agent_that_is_killed_goes_on_in_the_order_in_which_it_would_have(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first = Run(MANY)
+    with monkeypatch.context() as patch:
+        expected = await first.to_the_end(patch)
+    assert {state for state, _ in expected.requests.values()} == {RequestState.COMPLETED}
+    moments = {moment.world.drives: moment for moment in first.moments}
+    assert len(moments) > len(ROOMS)
+    for number in range(1, len(moments), 4):
+        with monkeypatch.context() as patch:
+            ending = await Run(MANY, begins=moments[number]).to_the_end(patch)
+        assert ending.drives == expected.drives, f"killed after {number} drives"
+
+
 @pytest.mark.parametrize("name", PLAYS)
 async def test_a_kill_at_any_moment_changes_nothing(
     name: str, monkeypatch: pytest.MonkeyPatch
