@@ -9,12 +9,12 @@ import numpy as np
 
 from navigate.body import (
     Motion,
+    Percept,
+    Perception,
     Pose,
     bump_direction,
-    heard_ranges,
     motion_between,
     plausible,
-    seen_ranges,
     wrap,
 )
 from navigate.driving import (
@@ -48,6 +48,9 @@ SIGHT = 2.5
 SEARCH_EVERY = 8
 """Ticks between two searches while the robot stands and is lost."""
 
+ORIGIN: Pose = (0.0, 0.0, 0.0)
+"""Where dead reckoning begins, before the robot has told of any."""
+
 SEARCH_RADII = (1.0, 2.0, 4.0, 8.0, 15.0)
 
 
@@ -68,8 +71,8 @@ class Navigator:
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
-        "time", "_odom", "_ranges", "_still_ticks", "_searches",
-        "localizer", "memory", "surroundings", "doors", "_confidence",
+        "time", "_odom", "_heard", "_still_ticks", "_searches",
+        "localizer", "memory", "perception", "surroundings", "doors", "_confidence",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
@@ -77,6 +80,7 @@ class Navigator:
         self.localizer = localizer or ParticleFilter(floor, seed=seed)
         self.planner = Planner(floor)
         self.memory = Memory()
+        self.perception = Perception()
         self.surroundings = Surroundings()
         self.doors = DoorLog()
         self.driver = Driver(self.planner, self.memory, self.doors)
@@ -85,20 +89,21 @@ class Navigator:
         self.time = 0.0
         self.wheels = STOP
         self._odom: Pose | None = None
-        self._ranges: Floats = np.full(SONAR_COUNT, np.inf)
+        silence = np.full(SONAR_COUNT, np.inf)
+        self._percept = Percept(silence, 0, silence, 0)
         self._still_ticks, self._searches = 0, 0
 
     def step(self, sensors: Sensors) -> Wheels:
         """Take in what the robot senses at a tick, and answer with the wheels."""
         motion = self._reckon(sensors)
         still = motion.still()
-        self._ranges = heard_ranges(sensors)
+        self._percept = self.perception.take_in(sensors, self._odom or ORIGIN)
         self.localizer.move(motion)
         self.localizer.sense(
             self._mapped(still=still),
-            sensors.sonar_fresh,
+            self._percept.fresh,
             still=still,
-            striper=seen_ranges(sensors),
+            striper=self._percept.striper,
         )
         self._still_ticks = self._still_ticks + 1 if still else 0
         self._listen(sensors)
@@ -217,6 +222,20 @@ class Navigator:
         return self.localizer.fit(pose, self._ranges) - 0.2 * turned - 0.05 * moved
 
     @property
+    def _heard(self) -> tuple[Floats, int, Floats, int]:
+        here = self._percept
+        return (here.ring, here.renewed, here.own, here.fresh)
+
+    @_heard.setter
+    def _heard(self, state: tuple[Floats, int, Floats, int]) -> None:
+        self._percept = Percept(*state)
+
+    @property
+    def _ranges(self) -> Floats:
+        """What sonars hear that are to be believed, metres from the ring, shape (24,)."""
+        return self._percept.own
+
+    @property
     def pose(self) -> Pose:
         """Where the robot is believed to be: metres and radians."""
         return self.localizer.estimate.pose
@@ -259,8 +278,11 @@ class Navigator:
         self.memory.restore(state["hindrances"])
 
     def _listen(self, sensors: Sensors) -> None:
-        odom = self._odom or (0.0, 0.0, 0.0)
-        self.surroundings.hear(odom, self._ranges, sensors.sonar_fresh, sensors.time)
+        odom, here = self._odom or ORIGIN, self._percept
+        self.surroundings.see(odom, here.sights, sensors.time)
+        self.surroundings.hear(
+            odom, here.ring, here.fresh | here.renewed, sensors.time, lit=here.lit
+        )
         if (direction := bump_direction(sensors.bump)) is not None:
             self.surroundings.touch(odom, direction, sensors.time)
 
@@ -292,17 +314,20 @@ class Navigator:
             self.localizer.recover(self._ranges, radius=radius)
 
     def _view(self, sensors: Sensors) -> View:
-        odom = self._odom or (0.0, 0.0, 0.0)
+        odom, here = self._odom or ORIGIN, self._percept
+        around = self.surroundings.picture(odom, within=ECHO_RANGE)
         return View(
             time=sensors.time,
             pose=self.localizer.estimate.pose,
             odom=odom,
-            ranges=self._ranges,
-            fresh=sensors.sonar_fresh,
+            ranges=here.ring,
+            fresh=here.fresh,
+            renewed=here.renewed,
             bump=sensors.bump,
-            echoes=self.surroundings.around(odom, within=ECHO_RANGE),
+            echoes=around.spots,
+            spreads=around.spreads,
             lost=self.localizer.lost,
             speed=sensors.speed,
             turn=sensors.turn_rate,
-            striper=seen_ranges(sensors),
+            striper=here.striper,
         )

@@ -44,6 +44,7 @@ def drive_progress(navigator: Navigator, drive: Drive, task: str) -> DriveProgre
         recoveries=drive.recoveries,
         goal_mass=navigator.mass_at(drive.goal),
         time=navigator.time,
+        faults=navigator.perception.faults,
     )
 
 
@@ -61,6 +62,7 @@ def outlook(
         way=_way(drive) if drive else [],
         shut=sorted(hindrances.doors),
         blocked=list(hindrances.points),
+        faults=navigator.perception.faults,
     )
 
 

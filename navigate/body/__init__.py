@@ -1,7 +1,10 @@
 """What the navigator knows of the robot's body, its sonars and its odometry."""
 
+from navigate.body._health import Condition, LaserHealth, SonarHealth
+from navigate.body._lasers import LIDAR, STRIPER, Laser, Sight
 from navigate.body._localgrid import LocalGrid
 from navigate.body._odometry import Motion, Pose, motion_between, moved, plausible
+from navigate.body._perception import Percept, Perception
 from navigate.body._reports import MotionReports, Moved, Turned, find_axis
 from navigate.body._sonarring import (
     BEARINGS,
@@ -10,11 +13,13 @@ from navigate.body._sonarring import (
     PITCH,
     RING_RADIUS,
     ROBOT_RADIUS,
+    bits_of,
     bump_direction,
     fault_of,
     fresh_sonars,
     heard_ranges,
     seen_ranges,
+    sonars_of,
     wrap,
 )
 from navigate.body._virtual import (
@@ -37,19 +42,29 @@ __all__ = [
     "BESIDE",
     "CONE_HALF",
     "FRONT_REACH",
+    "LIDAR",
     "NEAREST",
     "PITCH",
     "RING_RADIUS",
     "ROBOT_RADIUS",
     "STRIP",
+    "STRIPER",
+    "Condition",
     "Front",
+    "Laser",
+    "LaserHealth",
     "LocalGrid",
     "Motion",
     "MotionReports",
     "Moved",
+    "Percept",
+    "Perception",
     "Pose",
     "Side",
+    "Sight",
+    "SonarHealth",
     "Turned",
+    "bits_of",
     "bump_direction",
     "fault_of",
     "find_axis",
@@ -62,5 +77,6 @@ __all__ = [
     "plausible",
     "seen_ranges",
     "side_of_share",
+    "sonars_of",
     "wrap",
 ]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from navigate.maps import Floats
 from xavier_sim.messages import BUMP_PANELS, LIDAR_BEAMS, SONAR_COUNT, STRIPER_BEAMS, Sensors
@@ -28,6 +30,8 @@ BEARINGS: Floats = PITCH * np.arange(SONAR_COUNT, dtype=np.float64)
 """Where each sonar looks, radians to the left of ahead, shape (24,)."""
 
 SONARS = range(SONAR_COUNT)
+
+_BYTES = np.array([1, 1 << 8, 1 << 16], dtype=np.int64)
 
 
 def wrap(angle: float) -> float:
@@ -69,6 +73,19 @@ def seen_ranges(sensors: Sensors) -> Floats:
 def fresh_sonars(bits: int) -> list[int]:
     """The numbers of the sonars whose bit is set."""
     return [number for number in SONARS if bits >> number & 1]
+
+
+@functools.lru_cache(maxsize=256)
+def sonars_of(bits: int) -> NDArray[np.intp]:
+    """The numbers of the sonars whose bit is set, as an index that is not to be changed."""
+    sonars = np.array(fresh_sonars(bits), dtype=np.intp)
+    sonars.setflags(write=False)
+    return sonars
+
+
+def bits_of(sonars: NDArray[np.bool_]) -> int:
+    """The bits of the sonars that are true in an array of shape (24,)."""
+    return int(np.packbits(sonars, bitorder="little").view(np.uint8) @ _BYTES)
 
 
 def bump_direction(panels: int) -> float | None:

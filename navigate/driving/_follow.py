@@ -184,7 +184,7 @@ def _obstacles(view: View, way: Way) -> Floats:
     """
     away = np.hypot(view.echoes[:, 0], view.echoes[:, 1])
     bearings = np.arctan2(view.echoes[:, 1], view.echoes[:, 0])
-    strange = are_strange(view.pose, way.space, away, bearings)
+    strange = are_strange(view.pose, way.space, away, bearings, view.spreads)
     return np.asarray(view.echoes[strange | (away < NEAR)])
 
 

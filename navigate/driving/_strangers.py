@@ -92,7 +92,9 @@ def strange_echoes(view: View, space: Space) -> Floats:
     return np.asarray(spots + view.at)
 
 
-def are_strange(pose: Pose, space: Space, away: Floats, bearings: Floats) -> NDArray[np.bool_]:
+def are_strange(
+    pose: Pose, space: Space, away: Floats, bearings: Floats, spreads: Floats | None = None
+) -> NDArray[np.bool_]:
     """Whether echoes are well inside of ``space`` wherever in a sonar's cone they are.
 
     Args:
@@ -100,8 +102,10 @@ def are_strange(pose: Pose, space: Space, away: Floats, bearings: Floats) -> NDA
         space: what is empty on the map.
         away: metres from the robot's centre, shape (n,).
         bearings: radians to the left of ahead, shape (n,).
+        spreads: radians to either side within which each may be, shape (n,); else a cone.
     """
-    angles = pose[2] + bearings + _CONE[:, None]
+    cones = _CONE[:, None] if spreads is None else _SIDES[:, None] * spreads
+    angles = pose[2] + bearings + cones
     x, y = pose[0] + away * np.cos(angles), pose[1] + away * np.sin(angles)
     across = np.minimum(x - space.low.x, space.high.x - x)
     inset = np.minimum(across, np.minimum(y - space.low.y, space.high.y - y))
@@ -120,4 +124,5 @@ def without(strangers: Iterable[Stranger], ranges: Floats, pose: Pose, space: Sp
     return np.where(strange & theirs, np.inf, ranges)
 
 
-_CONE = np.array([-CONE_HALF, 0.0, CONE_HALF])
+_SIDES = np.array([-1.0, 0.0, 1.0])
+_CONE = CONE_HALF * _SIDES

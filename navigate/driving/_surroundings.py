@@ -1,29 +1,47 @@
-"""Echoes around the robot: the last of each sonar, and near ones for a little longer.
+"""Echoes around the robot: the last of each sonar, what light sees, and near ones a little longer.
 
 Kept in the odometry frame, so that an echo stays where it was heard while the robot moves on. One
-that is kept goes early when sonars hear nothing there any more: what stood there has walked on.
+that is kept goes early when the sense that found it looks past it: what stood there has walked on.
+A sonar's echo may be anywhere across its cone, a beam's is where it is; where light sees what a
+sonar hears, the light tells where.
 """
 
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from navigate.body import BEARINGS, CONE_HALF, PITCH, RING_RADIUS, Pose, fresh_sonars
+from navigate.body import (
+    BEARINGS,
+    CONE_HALF,
+    PITCH,
+    RING_RADIUS,
+    Laser,
+    Pose,
+    Sight,
+    sonars_of,
+)
+from navigate.driving._echostore import EchoStore, Indices
 from navigate.maps import Floats
 from xavier_sim.messages import SONAR_COUNT
 
 NEAR = 0.9
-"""Metres below which an echo is sharp enough to be kept after the sonar has moved on."""
+"""Metres below which a sonar's echo is sharp enough to be kept after the sonar has moved on."""
+
+NEAR_LIGHT = 1.2
+"""Metres from a laser below which what it sees is kept after it looks elsewhere."""
 
 KEPT_SECONDS = 5.0
-MOST_KEPT = 80
 
 BEYOND = 0.3
 """Metres by which a sonar must hear farther than an echo that is not there any more."""
+
+BEYOND_LIGHT = 0.15
+"""The same for a beam of light."""
 
 MISSES = 2
 """Readings past an echo that it takes to forget it: one may have glanced off."""
@@ -31,60 +49,128 @@ MISSES = 2
 ALIKE = 0.2
 """Metres between the readings of two neighbours that hear the same thing."""
 
-_TIME, _X, _Y, _MISSED = range(4)
+EXPLAINED = 0.12
+"""Metres between what a sonar hears and what light sees in its cone that are the same thing."""
+
+ALL_ROUND = 1.8 * math.pi
+"""Radians of a laser's view from which it looks everywhere at every tick: nothing is kept."""
+
+BEAM_SPREAD = math.radians(0.5)
+
+_NONE: Floats = np.empty((0, 2))
+
+
+class Echoes(NamedTuple):
+    """What is around the robot: metres ahead and left (n, 2), in its frame.
+
+    ``spreads`` (n,) are the radians to either side within which each may be.
+    """
+
+    spots: Floats
+    spreads: Floats
 
 
 class Surroundings:
-    """What the sonars have heard lately."""
+    """What the sonars have heard and light has seen lately."""
 
-    STATE: ClassVar[tuple[str, ...]] = ("_last", "_kept", "_next")
+    STATE: ClassVar[tuple[str, ...]] = ("_last", "_heard", "_seen", "_scan", "_time")
 
     def __init__(self) -> None:
         self._last: Floats = np.full((SONAR_COUNT, 2), np.inf)
-        self._kept: Floats = np.full((MOST_KEPT, 4), np.inf)
-        self._next = 0
+        self._heard = EchoStore(seconds=KEPT_SECONDS, misses=MISSES)
+        self._seen = EchoStore(seconds=KEPT_SECONDS, misses=MISSES)
+        self._scan: Floats = _NONE
+        self._time = 0.0
 
-    def hear(self, odom: Pose, ranges: Floats, fresh: int, time: float) -> None:
-        """Take in the fresh ones of 24 ``ranges`` (metres from the ring)."""
-        sonars = np.array(fresh_sonars(fresh), dtype=np.intp)
-        age = time - self._kept[:, _TIME]
-        self._kept[(age < 0.0) | (age >= KEPT_SECONDS)] = np.inf
-        self._forget_past(odom, ranges, sonars)
-        spots = _spots(odom, BEARINGS[sonars] + lean(ranges, sonars), ranges[sonars])
+    def see(self, odom: Pose, sights: Sequence[tuple[Laser, Sight]], time: float) -> None:
+        """Take in what lasers see at a tick."""
+        self._time, scans = time, [_NONE]
+        for laser, sight in sights:
+            all_round = laser.view > ALL_ROUND
+            near = sight.ranges < (0.0 if all_round else NEAR_LIGHT)
+            if not all_round:
+                self._forget_seen(odom, laser, sight)
+                self._seen.enter(_to_odom(odom, sight.spots[near]), time)
+            scans.append(sight.spots[np.isfinite(sight.ranges) & ~near])
+        self._scan = _to_odom(odom, np.concatenate(scans))
+
+    def hear(
+        self,
+        odom: Pose,
+        ranges: Floats,
+        fresh: int,
+        time: float,
+        *,
+        lit: Floats | None = None,
+    ) -> None:
+        """Take in the fresh ones of 24 ``ranges`` (metres from the ring).
+
+        Those that hear what is seen in their cones anyway, ``lit`` metres away, tell nothing new.
+        """
+        self._time = time
+        sonars = sonars_of(fresh)
+        readings = ranges[sonars]
+        self._forget_heard(odom, ranges, fresh)
+        spots = _spots(odom, BEARINGS[sonars] + lean(ranges, sonars), readings)
+        near = readings < NEAR
+        if lit is not None:
+            heard = np.isfinite(readings)
+            explained = np.abs(lit[sonars] - np.where(heard, readings, 0.0)) < EXPLAINED
+            explained &= heard
+            near &= ~explained
+            spots[explained] = np.inf
         self._last[sonars] = spots
-        self._keep(spots[ranges[sonars] < NEAR], time)
+        self._heard.enter(spots[near], time)
 
     def touch(self, odom: Pose, direction: float, time: float) -> None:
         """Remember a contact as if it had been heard: the sonars may not see it."""
-        self._keep(_spots(odom, np.array([direction]), np.array([0.1])), time)
+        self._heard.enter(_spots(odom, np.array([direction]), np.array([0.1])), time)
+
+    def picture(self, odom: Pose, *, within: float) -> Echoes:
+        """All that is within some metres of the robot now."""
+        heard = self._heard.spots(self._heard.live(self._time))
+        seen = self._seen.spots(self._seen.live(self._time))
+        spots = np.concatenate([self._last, heard, self._scan, seen]) - odom[:2]
+        near = np.einsum("ij,ij->i", spots, spots) < within**2
+        spreads = np.full(len(spots), CONE_HALF)
+        spreads[SONAR_COUNT + len(heard) :] = BEAM_SPREAD
+        cos, sin = math.cos(odom[2]), math.sin(odom[2])
+        turned = spots[near] @ np.array([[cos, -sin], [sin, cos]])
+        return Echoes(np.asarray(turned), spreads[near])
 
     def around(self, odom: Pose, *, within: float) -> Floats:
-        """Echoes within some metres, in the robot's frame: ahead and left, shape (n, 2)."""
-        spots = np.concatenate([self._last, self._kept[:, _X : _Y + 1]]) - odom[:2]
-        spots = spots[(spots**2).sum(axis=1) < within**2]
-        cos, sin = math.cos(odom[2]), math.sin(odom[2])
-        return np.asarray(spots @ np.array([[cos, -sin], [sin, cos]]))
+        """The spots of `picture` alone, shape (n, 2)."""
+        return self.picture(odom, within=within).spots
 
-    def _keep(self, spots: Floats, time: float) -> None:
-        for spot in spots:
-            self._kept[self._next] = (time, spot[0], spot[1], 0.0)
-            self._next = (self._next + 1) % MOST_KEPT
-
-    def _forget_past(self, odom: Pose, ranges: Floats, sonars: NDArray[np.intp]) -> None:
-        """Count the kept echoes that fresh readings went past, and forget those missed often."""
-        held = np.flatnonzero(np.isfinite(self._kept[:, _TIME]))
-        if len(held) == 0 or len(sonars) == 0:
+    def _forget_heard(self, odom: Pose, ranges: Floats, fresh: int) -> None:
+        """Miss the kept echoes that fresh readings of their direction went past."""
+        cells = self._heard.live(self._time)
+        if len(cells) == 0 or not fresh:
             return
-        dx, dy = self._kept[held, _X] - odom[0], self._kept[held, _Y] - odom[1]
-        past = np.hypot(dx, dy)[:, None] < RING_RADIUS + ranges[sonars] - BEYOND
-        off = np.arctan2(dy, dx)[:, None] - odom[2] - BEARINGS[sonars]
-        past &= np.cos(off) > _WELL_WITHIN
-        missed = self._kept[held, _MISSED] + past.any(axis=1)
-        self._kept[held, _MISSED] = missed
-        self._kept[held[missed >= MISSES]] = np.inf
+        away = self._heard.spots(cells) - odom[:2]
+        look = np.arctan2(away[:, 1], away[:, 0]) - odom[2]
+        sonar = np.rint(look * (1.0 / PITCH)).astype(np.intp) % SONAR_COUNT
+        is_fresh = np.zeros(SONAR_COUNT, dtype=bool)
+        is_fresh[sonars_of(fresh)] = True
+        past = np.hypot(away[:, 0], away[:, 1]) < RING_RADIUS + ranges[sonar] - BEYOND
+        self._heard.miss(cells[past & is_fresh[sonar]])
+
+    def _forget_seen(self, odom: Pose, laser: Laser, sight: Sight) -> None:
+        """Miss what is kept of light where beams of now go past."""
+        cells = self._seen.live(self._time)
+        if len(cells) == 0:
+            return
+        spots = _to_robot(odom, self._seen.spots(cells))
+        spots[:, 0] -= laser.ahead
+        look = np.arctan2(spots[:, 1], spots[:, 0])
+        beam = np.rint((look / laser.view + 0.5) * (laser.beams - 1)).astype(np.intp)
+        inside = (beam >= 0) & (beam < laser.beams)
+        range_there = sight.ranges[np.where(inside, beam, 0)]
+        past = np.hypot(spots[:, 0], spots[:, 1]) < range_there - BEYOND_LIGHT
+        self._seen.miss(cells[past & inside & np.isfinite(range_there)])
 
 
-def lean(ranges: Floats, sonars: NDArray[np.intp]) -> Floats:
+def lean(ranges: Floats, sonars: Indices) -> Floats:
     """Radians to the left of its axis at which a sonar's echo likely is, shape of ``sonars``.
 
     What is heard by one of its neighbours as well is between the two.
@@ -95,14 +181,24 @@ def lean(ranges: Floats, sonars: NDArray[np.intp]) -> Floats:
     return np.asarray(0.5 * PITCH * (left.astype(np.float64) - right))
 
 
-_WELL_WITHIN = math.cos(0.7 * CONE_HALF)
-
-
 def _spots(odom: Pose, bearings: Floats, ranges: Floats) -> Floats:
     """Where readings lie, shape (n, 2); infinite where nothing was heard."""
-    spots = np.full((len(ranges), 2), np.inf)
-    heard = np.isfinite(ranges)
-    distance, angle = RING_RADIUS + ranges[heard], odom[2] + bearings[heard]
-    spots[heard, 0] = odom[0] + distance * np.cos(angle)
-    spots[heard, 1] = odom[1] + distance * np.sin(angle)
+    heard: NDArray[np.bool_] = np.isfinite(ranges)
+    distance, angle = RING_RADIUS + np.where(heard, ranges, 0.0), odom[2] + bearings
+    spots = np.empty((len(ranges), 2))
+    spots[:, 0] = odom[0] + distance * np.cos(angle)
+    spots[:, 1] = odom[1] + distance * np.sin(angle)
+    spots[~heard] = np.inf
     return spots
+
+
+def _to_odom(odom: Pose, spots: Floats) -> Floats:
+    """Spots (n, 2) ahead of the robot and to its left, in dead reckoning."""
+    cos, sin = math.cos(odom[2]), math.sin(odom[2])
+    return np.asarray(spots @ np.array([[cos, sin], [-sin, cos]]) + odom[:2])
+
+
+def _to_robot(odom: Pose, spots: Floats) -> Floats:
+    """Spots (n, 2) of dead reckoning, ahead of the robot and to its left."""
+    cos, sin = math.cos(odom[2]), math.sin(odom[2])
+    return np.asarray((spots - odom[:2]) @ np.array([[cos, -sin], [sin, cos]]))

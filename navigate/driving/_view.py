@@ -39,10 +39,12 @@ class View:
     """One tick as a manoeuvre sees it.
 
     ``pose`` is believed, in the map frame, ``odom`` is dead reckoning. ``ranges`` has shape
-    (24,), metres from the ring, inf for no echo; ``fresh`` holds the bits of new readings.
-    ``echoes`` are what was heard around lately, shape (n, 2), metres ahead and left; ``speed``
-    in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the ranges of its
-    beams, metres, empty on a robot that has none.
+    (24,), metres from the ring, inf for no echo; ``fresh`` holds the bits of new readings, and
+    ``renewed`` those of new ones that stand in for a sonar that is not to be believed.
+    ``echoes`` are what was heard and seen around lately, shape (n, 2), metres ahead and left, and
+    ``spreads`` (n,) the radians to either side within which each may be; a sonar's cone when it is
+    None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the
+    ranges of its beams, metres, empty on a robot that has none.
     """
 
     time: float
@@ -56,6 +58,8 @@ class View:
     speed: float = 0.0
     turn: float = 0.0
     striper: Floats = field(default_factory=lambda: np.empty(0))
+    spreads: Floats | None = None
+    renewed: int = 0
 
     @property
     def at(self) -> Point:
@@ -63,8 +67,8 @@ class View:
         return (self.pose[0], self.pose[1])
 
     def is_fresh(self, sonar: int) -> bool:
-        """Whether the reading of a sonar is new at this tick."""
-        return bool(self.fresh >> sonar & 1)
+        """Whether the reading of a sonar, or what stands in for it, is new at this tick."""
+        return bool((self.fresh | self.renewed) >> sonar & 1)
 
 
 Manoeuvre = Generator[Wheels, View, Result]

@@ -79,7 +79,8 @@ class DriveProgress(BaseModel):
     ``task`` is the id of its `NavigateToGoal`, ``x`` and ``y`` its goal in map units (cm),
     ``room`` the room there, if any. ``metres_left`` and ``seconds_left`` are along the route,
     None while the robot plans or recovers; ``metres``, ``seconds`` and ``recoveries`` are what
-    it took so far, ``goal_mass`` the share of belief at the goal.
+    it took so far, ``goal_mass`` the share of belief at the goal. ``faults`` are the senses that
+    are not believed, such as ``sonar 3``, with the reason: ``dead``, ``stuck`` or ``off``.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -95,6 +96,7 @@ class DriveProgress(BaseModel):
     recoveries: int
     goal_mass: float = Field(ge=0.0, le=1.0)
     time: float
+    faults: dict[str, str] = {}
 
 
 class Progress(Broadcast):

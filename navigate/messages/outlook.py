@@ -16,7 +16,8 @@ class Outlook(BaseModel):
     empty before there are any; ``seen`` are the points that lasers see, metres ahead of the robot
     and to its left. ``bump`` has a bit for each panel that is pressed. ``drive`` is the drive under
     way, ``way`` the points that it has yet to pass, in metres. ``shut`` are doors believed to be
-    shut, ``blocked`` points where something stood in the way lately.
+    shut, ``blocked`` points where something stood in the way lately. ``faults`` are the senses
+    that are not believed, such as ``sonar 3``, with the reason: ``dead``, ``stuck`` or ``off``.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -29,6 +30,7 @@ class Outlook(BaseModel):
     way: list[tuple[float, float]]
     shut: list[str]
     blocked: list[tuple[float, float]]
+    faults: dict[str, str] = {}
 
 
 class ShowOutlook(Query[Outlook]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 
 from navigate.driving import Drive
@@ -10,6 +11,8 @@ from navigate.navigator import Navigator
 from navigate.reporting import belief_state, drive_progress, outlook
 from tca_bus import Module
 from xavier_sim.messages import Sensors
+
+log = logging.getLogger(__name__)
 
 PERIOD = 1.0
 """Simulated seconds between two beliefs, and between two words on a drive."""
@@ -24,6 +27,7 @@ class Teller:
         self._task = ""
         self._told_at = -math.inf
         self._told: BeliefState | None = None
+        self._faults: dict[str, str] = {}
 
     def believed(self) -> BeliefState:
         """The belief now."""
@@ -44,8 +48,17 @@ class Teller:
 
     async def stepped(self) -> None:
         """The navigator took in a reading."""
+        self._say_faults(self._navigator.perception.faults)
         if abs(self._navigator.time - self._told_at) >= PERIOD - 1e-3:
             await self._tell()
+
+    def _say_faults(self, faults: dict[str, str]) -> None:
+        """Say once of each sense that it is not believed any more, and that it is again."""
+        known, self._faults = self._faults, faults
+        for sense in sorted(faults.keys() - known.keys()):
+            log.warning("%s is %s and is left out until it behaves", sense, faults[sense])
+        for sense in sorted(known.keys() - faults.keys()):
+            log.warning("%s behaves again", sense)
 
     async def _tell(self) -> None:
         self._told_at = self._navigator.time

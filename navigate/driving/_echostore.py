@@ -1,0 +1,71 @@
+"""Echoes that are kept for a few seconds after they were heard, one for each cell of the floor.
+
+The cells lie in dead reckoning and are found by their coordinates modulo the side, so that the
+store goes along with the robot, holds no more than its cells, and enters any number at once.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navigate.maps import Floats
+
+CELL = 0.05
+"""Metres along a side of a cell."""
+
+SIDE = 64
+"""Cells along a side of the store: what is 3.2 m apart shares a cell."""
+
+Indices = NDArray[np.intp]
+
+
+class EchoStore:
+    """Spots with the time at which they were heard last.
+
+    Args:
+        seconds: for which a spot is kept.
+        misses: readings past a spot that it takes to forget it: one may have glanced off.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_kept",)
+
+    def __init__(self, *, seconds: float, misses: int) -> None:
+        self._seconds, self._misses = seconds, misses
+        self._spots: Floats = np.full((SIDE * SIDE, 2), np.inf)
+        self._at: Floats = np.full(SIDE * SIDE, -np.inf)
+        self._missed = np.zeros(SIDE * SIDE, dtype=np.intp)
+
+    def enter(self, spots: Floats, time: float) -> None:
+        """Keep ``spots`` (n, 2), metres, heard at ``time``, seconds."""
+        column, row = np.floor(spots * (1.0 / CELL)).astype(np.intp).T % SIDE
+        cells = column * SIDE + row
+        self._spots[cells], self._at[cells], self._missed[cells] = spots, time, 0
+
+    def live(self, time: float) -> Indices:
+        """The cells of what is kept still at ``time``."""
+        return np.flatnonzero((self._at > time - self._seconds) & (self._at <= time))
+
+    def spots(self, cells: Indices) -> Floats:
+        """Where the echoes of cells (n,) are, metres, shape (n, 2)."""
+        return np.asarray(self._spots[cells])
+
+    def miss(self, cells: Indices) -> None:
+        """Count a reading past each of some cells, and forget what was missed often."""
+        self._missed[cells] += 1
+        self._at[cells[self._missed[cells] >= self._misses]] = -np.inf
+
+    @property
+    def _kept(self) -> Floats:
+        cells = np.flatnonzero(np.isfinite(self._at))
+        at, missed = self._at[cells], self._missed[cells]
+        return np.column_stack([cells, self._spots[cells], at, missed])
+
+    @_kept.setter
+    def _kept(self, rows: Floats) -> None:
+        cells = rows[:, 0].astype(np.intp)
+        self._at[:] = -np.inf
+        self._spots[cells], self._at[cells] = rows[:, 1:3], rows[:, 3]
+        self._missed[cells] = rows[:, 4].astype(np.intp)
