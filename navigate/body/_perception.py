@@ -57,6 +57,8 @@ class Perception:
     @property
     def faults(self) -> dict[str, str]:
         """What is not to be believed, and why: such as ``sonar 3`` being ``stuck``."""
+        if not (self.striper.off or self.sonars.unsound.any()):
+            return {}
         unsound = np.flatnonzero(self.sonars.unsound).tolist()
         conditions = self.sonars.conditions
         faults = {f"sonar {i}": Condition(int(conditions[i])).name.lower() for i in unsound}

@@ -9,6 +9,7 @@ import pytest
 from navigate_loop import Loop
 from navigate_office import office
 
+from navigate.body import Condition
 from navigate.messages import (
     MOST_CELLS,
     Belief,
@@ -20,7 +21,8 @@ from navigate.messages import (
     WhereAmI,
     WhereIsRoom,
 )
-from navigate.reporting import belief_state, drive_progress
+from navigate.reporting import belief_state, drive_progress, outlook
+from navigate.service._telling import Teller
 from tca_bus import HandlerFailedError, TaskFailedError
 from xavier_sim.messages import CameraPower, Fault
 
@@ -125,3 +127,27 @@ async def test_it_looks_and_is_told_what_is_seen():
         assert caught.value.failure.name == "unknown_room"
         state = await asker.query(Believed())
         assert sum(cell.mass for cell in state.cells) == pytest.approx(1.0, abs=0.01)
+
+
+class Silence:
+    """A module to which nobody listens."""
+
+    async def broadcast(self, _message: object) -> None:
+        """Say it to nobody."""
+
+
+def test_what_is_wrong_with_a_sense_is_told_and_said_once(caplog):
+    navigator = Loop().navigator
+    teller = Teller(navigator, Silence())
+    sonars = navigator.perception.sonars
+    sonars.unsound[3], sonars.conditions[3] = True, Condition.STUCK
+    asyncio.run(teller.stepped())
+    asyncio.run(teller.stepped())
+    assert outlook(navigator, None, None, "").faults == {"sonar 3": "stuck"}
+    sonars.unsound[3] = False
+    asyncio.run(teller.stepped())
+    assert [record.getMessage() for record in caplog.records] == [
+        "sonar 3 is stuck and is left out until it behaves",
+        "sonar 3 behaves again",
+    ]
+    assert outlook(navigator, None, None, "").faults == {}
