@@ -18,7 +18,6 @@ from navigate.body._sonarring import (
     fault_of,
     fresh_sonars,
     heard_ranges,
-    seen_ranges,
     sonars_of,
     wrap,
 )
@@ -75,7 +74,6 @@ __all__ = [
     "motion_between",
     "moved",
     "plausible",
-    "seen_ranges",
     "side_of_share",
     "sonars_of",
     "wrap",

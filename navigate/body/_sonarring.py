@@ -64,12 +64,6 @@ def heard_ranges(sensors: Sensors) -> Floats:
     return np.where(ranges >= 0.0, ranges, np.inf)
 
 
-def seen_ranges(sensors: Sensors) -> Floats:
-    """The striper's beams, metres; what is no range counts as nothing seen. Empty without one."""
-    beams = sensors.striper
-    return np.where(beams >= 0.0, beams, np.float32(np.inf)).astype(np.float64)
-
-
 def fresh_sonars(bits: int) -> list[int]:
     """The numbers of the sonars whose bit is set."""
     return [number for number in SONARS if bits >> number & 1]
