@@ -15,12 +15,35 @@ from rogue.planning import RuleName, Rules
 from rogue.requests import finger_server
 from tca_bus import ConfigError
 
+WORLD_GROUP = Group("World", sort_key=10)
 PLANNER_GROUP = Group("Planner", sort_key=20)
 ROBOT_GROUP = Group("Robot", sort_key=25)
 PEOPLE_GROUP = Group("People", sort_key=30)
 
 Count = Annotated[int, Parameter(validator=Number(gte=0, lte=200))]
 Share = Annotated[float | None, Parameter(validator=Number(gte=0, lte=1))]
+
+
+@Parameter(name="*", group=WORLD_GROUP)
+@dataclass(frozen=True, kw_only=True)
+class WorldFlags:
+    """What world it is."""
+
+    map: str | None = None
+    """Floor plan: the name of a built-in one or a file; the fifth floor if not given."""
+    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0
+    """Of everything random in the simulated world, 0 or more."""
+    speed: str = "1"
+    """Simulated seconds per second, or max for as fast as the machine can."""
+
+    def told(self) -> dict[str, Any]:
+        """What an office is told of it, by the names of `OfficeOptions`.
+
+        Raises:
+            ConfigError: ``speed`` is neither ``max`` nor a positive number.
+        """
+        check_speed(self.speed)
+        return vars(self)
 
 
 @Parameter(name="*", group=PLANNER_GROUP)
@@ -108,6 +131,21 @@ class PeopleFlags:
     """Share of the items that are not where they are to be picked up."""
 
 
+WORLD = WorldFlags()
 PLANNER = PlannerFlags()
 ROBOT = RobotFlags()
 PEOPLE = PeopleFlags()
+
+
+def check_speed(speed: str) -> None:
+    """Refuse a speed that the simulator could not take.
+
+    Raises:
+        ConfigError: it is neither ``max`` nor a positive number.
+    """
+    try:
+        good = speed == "max" or 0 < float(speed) < float("inf")
+    except ValueError:
+        good = False
+    if not good:
+        raise ConfigError("--speed", speed, "a positive number, or max")

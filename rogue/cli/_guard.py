@@ -2,13 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Group, Parameter
 
 from tca_bus import BusOptions, ConfigError
 from tca_bus.launcher import provide_keys
 
 SECURE_ENDPOINT = "tls/127.0.0.1:7447"
+
+
+SECURITY_GROUP = Group("Security", sort_key=40)
+
+
+@Parameter(name="*", group=SECURITY_GROUP)
+@dataclass(frozen=True, kw_only=True)
+class SecurityFlags:
+    """Who is let in."""
+
+    secure: Annotated[bool, Parameter(negative="")] = False
+    """Encrypt, let in only who has keys, and only to what the policy allows. Keys are made in the
+    folder "keys" of --data, or of --keys, and the router listens on tls."""
+    policy: Annotated[Path | None, Parameter(env_var="TCA_POLICY")] = None
+    """Policy file that says who may do what; with --secure the office's own if not given."""
+
+    def applied(self, bus: BusOptions, data: Path) -> tuple[BusOptions, Path | None]:
+        """How all join the router, and the policy that it goes by.
+
+        Raises:
+            ConfigError: As `guarded`.
+        """
+        if not self.secure:
+            return bus, self.policy
+        policy = self.policy or office_policy()
+        return guarded(bus, data, policy), policy
+
+
+SECURITY = SecurityFlags()
 
 
 def office_policy() -> Path:

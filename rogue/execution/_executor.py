@@ -84,7 +84,6 @@ class Executor:
         self._patience = patience
         self._arrival = arrival
         self._current: _Current | None = None
-        self._recharge_after = 0.0
         self._still = contextlib.ExitStack()
         self.world = world
         self.after_step: Callable[[], Awaitable[None]] = _nothing
@@ -136,9 +135,9 @@ class Executor:
         battery, now = self.world.battery, self._module.clock.now()
         if battery is None or not battery.low or battery.charger is None:
             return
-        if now < self._recharge_after:
+        tried = await self._store.last_ended(RECHARGE)
+        if tried is not None and now < tried + self._patience.later:
             return
-        self._recharge_after = now + self._patience.later
         where = (str(battery.charger.x), str(battery.charger.y))
         step = await self._store.begin_step(RECHARGE, where, [], now)
         if step is not None:

@@ -135,6 +135,11 @@ class KeptSteps:
             for operator, args, outcome in rows
         ]
 
+    async def last_ended(self, operator: str) -> float | None:
+        """When a step of that operator ended last, None if none ever did."""
+        found = await self._base.row("SELECT max(ended) FROM steps WHERE operator = ?", operator)
+        return found[0] if found else None
+
     async def timed_steps(self, most: int) -> list[TimedStep]:
         """The latest steps that have ended, the oldest first."""
         rows = await self._base.rows(

@@ -209,6 +209,14 @@ async def test_a_charger_out_of_reach_stops_no_errand(store: Store):
     outcome = await at.execute("goto-pickup-loc", ["mitchell", "r-5303"])
     assert outcome.kind == "done"
     assert at.robot.charged == []
+    again = await scene(store)
+    again.executor.world.battery = LOW
+    await again.book.load()
+    await again.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    assert again.robot.charged == []
+    again.module.clock.move_to(1000.0 + Patience().later)
+    await again.execute("goto-pickup-loc", ["mitchell", "r-5303"])
+    assert again.robot.charged == [Patience().charge]
 
 
 async def test_three_arrivals_elsewhere_are_enough(store: Store):
