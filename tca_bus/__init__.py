@@ -75,7 +75,7 @@ if TYPE_CHECKING:
     from tca_bus._steering import MonitorOptions
     from tca_bus._subscription import Subscription
     from tca_bus._task_context import ExceptionContext, MonitorContext, TaskContext
-    from tca_bus._time_messages import TIME_GRAIN, AwaitTime, SimulatedTime
+    from tca_bus._time_messages import TIME_GRAIN, AwaitTime, Settle, Settled, SimulatedTime
     from tca_bus._tree_queries import Relation
     from tca_bus._variable_watch import VariableWatch
     from tca_bus._variables import Reading, Variable, VariableState
@@ -143,6 +143,8 @@ __all__ = [
     "Router",
     "Ruling",
     "SendOptions",
+    "Settle",
+    "Settled",
     "SimulatedTime",
     "Subscription",
     "Tap",
@@ -247,7 +249,7 @@ _HOMES = {
     "_steering": ("MonitorOptions",),
     "_subscription": ("Subscription",),
     "_task_context": ("ExceptionContext", "MonitorContext", "TaskContext"),
-    "_time_messages": ("TIME_GRAIN", "AwaitTime", "SimulatedTime"),
+    "_time_messages": ("TIME_GRAIN", "AwaitTime", "Settle", "Settled", "SimulatedTime"),
     "_tree_queries": ("Relation",),
     "_variable_watch": ("VariableWatch",),
     "_variables": ("Reading", "Variable", "VariableState"),

@@ -200,7 +200,8 @@ class SimulatedClock(Clock):
         """Do the block while simulated time stands still, in lockstep."""
         hold = _Alarm(self.now(), next(self._numbers), _nothing, is_active=False, holds=True)
         self._ring(hold)
-        self._announce_soon()
+        # Before anything that is sent from within the block.
+        self._announce_now()
         try:
             yield
         finally:
@@ -289,10 +290,13 @@ class SimulatedClock(Clock):
         # After those who were woken have run: most of them wait again at once.
         if self._announce is not None and not self._is_announcing:
             self._is_announcing = True
-            asyncio.get_running_loop().call_soon(self._announce_now)
+            asyncio.get_running_loop().call_soon(self._announce_at_last)
+
+    def _announce_at_last(self) -> None:
+        self._is_announcing = False
+        self._announce_now()
 
     def _announce_now(self) -> None:
-        self._is_announcing = False
         awaited = self.awaited()
         if self._announce is not None and awaited != self._announced:
             self._announced = awaited

@@ -27,7 +27,7 @@ from tca_bus._recording import Passed, RecordingWriter
 from tca_bus._recording_reader import RecordingError
 from tca_bus._selection import Selection
 from tca_bus._session import uninterrupted
-from tca_bus._time_messages import AwaitTime, SimulatedTime
+from tca_bus._time_messages import AwaitTime, Settle, Settled, SimulatedTime
 from tca_bus._wire import Payload
 
 logger = logging.getLogger(__name__)
@@ -44,7 +44,7 @@ MOST_BYTES = 256 << 20
 CARD_TIMEOUT = 2.0
 """Wall seconds in which a module tells the schemas of its messages."""
 
-OWN_TYPES: tuple[type[Message], ...] = (Heartbeat, SimulatedTime, AwaitTime)
+OWN_TYPES: tuple[type[Message], ...] = (Heartbeat, SimulatedTime, AwaitTime, Settle, Settled)
 
 PRESENCE_ENCODING = "application/json;tca.presence@1"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import FiniteFloat
+from pydantic import Field, FiniteFloat
 
 from tca_bus._messages import Broadcast
 
@@ -38,3 +38,29 @@ class AwaitTime(Broadcast):
     incarnation: str
     until: FiniteFloat | None
     moves: bool = True
+
+
+class Settle(Broadcast):
+    """The module that makes simulated time asks whether all have taken what was told them.
+
+    In lockstep it does so after whatever may set others to work, and time does not go on before
+    everybody who follows it has answered with this ``number``.
+    """
+
+    wire_name = "tca.settle"
+
+    number: int = Field(ge=1)
+
+
+class Settled(Broadcast):
+    """A module that follows simulated time has taken what came before the `Settle` of a number.
+
+    Whoever it has to make time stand still for has said so by then. With 0 it says no more than
+    that it follows the time.
+    """
+
+    wire_name = "tca.settled"
+
+    module: str
+    incarnation: str
+    number: int = Field(ge=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Protocol
 
 from pydantic import BaseModel
@@ -36,14 +36,22 @@ class Outlet:
         module: that speaks.
         witness: who records it.
         now: gives the simulated time, seconds since the epoch.
+        before: awaited before all on the bus are told.
     """
 
-    def __init__(self, module: Module, witness: Witness | None, now: Callable[[], float]) -> None:
-        self._module, self._witness, self._now = module, witness, now
+    def __init__(
+        self,
+        module: Module,
+        witness: Witness | None,
+        now: Callable[[], float],
+        before: Callable[[], Awaitable[None]],
+    ) -> None:
+        self._module, self._witness, self._now, self._before = module, witness, now, before
 
     async def broadcast(self, message: Broadcast) -> None:
         """Tell all who listen."""
         self.note(message)
+        await self._before()
         await self._module.broadcast(message)
 
     def note(self, message: BaseModel) -> None:

@@ -11,6 +11,8 @@ from tca_bus import (
     BusOptions,
     Context,
     Module,
+    Settle,
+    Settled,
     SimulatedTime,
 )
 from xavier_sim.messages import Drive
@@ -23,6 +25,7 @@ from xavier_sim.running._pacing import (
     Metronome,
 )
 from xavier_sim.running._plant import Plant
+from xavier_sim.running._quiet import Quiet
 from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._simulated_time import HOLD_LIMIT, Demands, TimeNews
 from xavier_sim.snapshots import SnapshotFile
@@ -56,6 +59,7 @@ class RobotModule:
         wall = options.model_copy(update={"clock": "wall", "ordered": True})
         self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
+        self._quiet, self._was_busy, self._has_news = Quiet(), False, False
         self._present: dict[str, str] = {}
         self._bell, self._reflex = asyncio.Event(), Reflex()
         self._reflex.sense(state.reading)
@@ -63,10 +67,11 @@ class RobotModule:
         self._changed = True
         self._saved_at = float("-inf")
         self._sensors_sent = float("-inf")
-        self._outlet = Outlet(self._module, witness, lambda: state.now)
+        self._outlet = Outlet(self._module, witness, lambda: state.now, self._before_news)
         self._desk = state.open_desk(self._module, self._outlet, self._change)
         self._module.serve(Drive, self._on_drive)
         self._module.serve(AwaitTime, self._on_await_time)
+        self._module.serve(Settled, self._on_settled)
 
     async def run(self) -> None:
         """Run until cancelled, or until a recording is over; then keep the world.
@@ -92,6 +97,7 @@ class RobotModule:
         while not self._state.is_over:
             await asyncio.sleep(metronome.pause(time.monotonic()))
             await self._tick(*self._driver.command(self._state.tick))
+            await self._desk.tell_news()
             await self._send_sensors()
             await self._tell_time()
 
@@ -108,8 +114,8 @@ class RobotModule:
     async def _until_may_tick(self) -> None:
         """Stand still until time may move; say meanwhile what might have been lost.
 
-        The time of a tick is told once the driver has answered that tick, so that whoever is
-        woken by it finds the driver in the same state in every run.
+        The time and the news of a tick are told once the driver has answered that tick, so that
+        whoever is woken by them finds the driver in the same state in every run.
         """
         while True:
             self._bell.clear()
@@ -118,7 +124,8 @@ class RobotModule:
             may_tick = self._may_tick()
             if self._settled:
                 await self._tell_time(resting=self._state.is_over or not may_tick)
-                if self._may_tick():
+                await self._tell_news()
+                if self._may_tick() and await self._is_quiet(wall):
                     return
             await self._repeat_sensors(wall)
             await self._save_if_old(wall)
@@ -133,6 +140,21 @@ class RobotModule:
             moving=self._demands.moving,
             holding=self._demands.holding,
         )
+
+    async def _tell_news(self) -> None:
+        """Tell what came about in this tick, once."""
+        if self._has_news:
+            self._has_news = False
+            await self._desk.tell_news()
+
+    async def _is_quiet(self, wall: float) -> bool:
+        """Whether everybody has taken what was told; asks those of whom it is not known."""
+        number = self._quiet.question(wall, self._present.__contains__)
+        if number is not None:
+            await self._module.broadcast(Settle(number=number))
+        for module in self._quiet.give_up(wall):
+            log.warning("module %s does not answer; simulated time goes on without it", module)
+        return self._quiet.is_quiet
 
     def _clean_demands(self, wall: float) -> None:
         for module in self._demands.clean(wall, self._present.__contains__):
@@ -178,7 +200,7 @@ class RobotModule:
         await self._show_witness()
         if self._demands.reached(self._state.now, time.monotonic()):
             self._news.hurry()
-        await self._desk.tell_news()
+        self._has_news = True
 
     def _restrained(self, speed: float, turn_rate: float) -> tuple[float, float]:
         """The command as the reflex lets it go to the wheels."""
@@ -203,6 +225,12 @@ class RobotModule:
     async def _send_sensors(self) -> None:
         self._sensors_sent = time.monotonic()
         await self._module.broadcast(self._state.sensors())
+
+    async def _before_news(self) -> None:
+        """Let all know what time it is before they hear of something that they may act upon."""
+        if self._state.speed is None:
+            self._quiet.stir()
+            await self._tell_time(resting=True)
 
     async def _tell_time(self, *, resting: bool = False) -> None:
         now, wall = self._state.now, time.monotonic()
@@ -239,6 +267,9 @@ class RobotModule:
 
     async def _on_drive(self, drive: Drive, context: Context) -> None:
         tick = self._state.tick
+        if drive.busy != self._was_busy:
+            self._was_busy = drive.busy
+            self._quiet.stir()
         if self._driver.hear(drive, context.sender, tick):
             self._bell.set()
         elif self._driver.ignored == 1:
@@ -246,8 +277,13 @@ class RobotModule:
 
     async def _on_await_time(self, demand: AwaitTime, _context: Context) -> None:
         now, wall = self._state.now, time.monotonic()
+        self._quiet.hear(demand)
         if self._demands.note(demand, now, wall):
             self._news.hurry()
+        self._bell.set()
+
+    async def _on_settled(self, answer: Settled, _context: Context) -> None:
+        self._quiet.take(answer)
         self._bell.set()
 
     def _change(self) -> None:
