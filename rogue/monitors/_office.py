@@ -35,4 +35,4 @@ def office_monitors(
         return needed(book.open_requests(), world.facts.tray, world.holds())
 
     executor.after_step = doors.review
-    return MonitorRegistry(watchers, need, doors.review)
+    return MonitorRegistry(watchers, need, doors.review, lambda: module.clock)

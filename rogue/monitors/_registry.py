@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable, Iterable
 
 from rogue.monitors._needed import Kind, Monitor, Needed
+from tca_bus import Clock
 
 log = logging.getLogger(__name__)
 
@@ -33,7 +34,8 @@ class MonitorRegistry:
     """Has watchers run while something depends on them.
 
     ``need`` is asked what is needed, at once and whenever `update` was called; ``review`` is
-    awaited then, to compare what is known already with plans that have changed.
+    awaited then, to compare what is known already with plans that have changed. In lockstep time
+    stands still on ``clock`` meanwhile.
     """
 
     def __init__(
@@ -41,10 +43,12 @@ class MonitorRegistry:
         watchers: Iterable[Watcher],
         need: Callable[[], Needed],
         review: Callable[[], Awaitable[None]],
+        clock: Callable[[], Clock],
     ) -> None:
         self._watchers = list(watchers)
         self._need = need
         self._review = review
+        self._clock = clock
         self._changed = asyncio.Event()
         self._listening: dict[Kind, asyncio.Task[None]] = {}
         self._on: dict[Monitor, tuple[str, ...]] = {}
@@ -62,12 +66,13 @@ class MonitorRegistry:
         async with asyncio.TaskGroup() as group:
             while True:
                 self._changed.clear()
-                needed = self._need()
-                for watcher in self._watchers:
-                    self._adjust(watcher, needed, group)
-                kinds = {watcher.kind for watcher in self._watchers}
-                self._on = {m: ids for m, ids in needed.items() if m.kind in kinds}
-                await self._review()
+                with self._clock().hold():
+                    needed = self._need()
+                    for watcher in self._watchers:
+                        self._adjust(watcher, needed, group)
+                    kinds = {watcher.kind for watcher in self._watchers}
+                    self._on = {m: ids for m, ids in needed.items() if m.kind in kinds}
+                    await self._review()
                 await self._changed.wait()
 
     def _adjust(self, watcher: Watcher, needed: Needed, group: asyncio.TaskGroup) -> None:
@@ -82,4 +87,8 @@ class MonitorRegistry:
             del self._listening[watcher.kind]
         if new := watcher.subjects - before:
             log.debug("watching %s %s", watcher.kind, ", ".join(sorted(new)))
-            group.create_task(watcher.look(new), name=f"rogue.look.{watcher.kind}")
+            group.create_task(self._look(watcher, new), name=f"rogue.look.{watcher.kind}")
+
+    async def _look(self, watcher: Watcher, new: frozenset[str]) -> None:
+        with self._clock().hold():
+            await watcher.look(new)

@@ -55,11 +55,15 @@ class DoorWatcher(Watcher):
         """Follow what is told of doors."""
         async with self._module.subscribe(DoorMoved) as news:
             async for moved in news:
-                if moved.open:
-                    await self._opened(moved.room)
-                else:
-                    self._shut.add(moved.room)
-                    await self.review()
+                with self._module.clock.hold():
+                    await self._moved(moved)
+
+    async def _moved(self, moved: DoorMoved) -> None:
+        if moved.open:
+            await self._opened(moved.room)
+        else:
+            self._shut.add(moved.room)
+            await self.review()
 
     async def look(self, subjects: frozenset[str]) -> None:
         """Ask how doors stand; where nothing can be asked, a robot finds out by driving there."""
@@ -114,17 +118,20 @@ class ItemWatcher(Watcher):
         async with self._module.subscribe(ItemMoved) as news:
             async for moved in news:
                 if subject_of((moved.user, moved.item)) in self.subjects:
-                    await self._moved(moved)
+                    with self._module.clock.hold():
+                        await self._moved(moved)
 
     async def _moved(self, moved: ItemMoved) -> None:
         thing, world = (moved.user, moved.item), self._executor.world
+        if self._executor.is_handing_over(thing):
+            # The end of that step says the same.
+            return
         if moved.action == "placed":
             await world.move_things(placed=[thing])
             return
-        handed_over = self._executor.is_handing_over(thing)
         await world.move_things(gone=[thing])
         request = self._of(thing)
-        if request is None or handed_over:
+        if request is None:
             return
         if moved.action == "brought":
             await self._book.end(request, RequestState.COMPLETED, "somebody else brought it")
@@ -154,7 +161,8 @@ class PeopleWatcher(Watcher):
                 answered = status.name == Ask.wire_name and status.state is TaskState.ACHIEVED
                 room = status.data.get("room") if answered else None
                 if room in self.subjects:
-                    await self._world.take_up(room, {Trouble.NOBODY, Trouble.UNSURE})
+                    with self._module.clock.hold():
+                        await self._world.take_up(room, {Trouble.NOBODY, Trouble.UNSURE})
 
 
 class BatteryWatcher(Watcher):
@@ -173,7 +181,8 @@ class BatteryWatcher(Watcher):
         """Follow what is told of the battery."""
         async with self._module.subscribe(Battery) as news:
             async for battery in news:
-                await self._stands(battery.state)
+                with self._module.clock.hold():
+                    await self._stands(battery.state)
 
     async def look(self, subjects: frozenset[str]) -> None:
         """Ask how full it is; a robot without a battery needs none."""

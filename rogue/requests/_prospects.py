@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-import time
 from collections.abc import Awaitable, Callable, Iterable
 
 from rogue.errands import Travel
@@ -26,8 +25,9 @@ LEARN_WITHIN = 3.0
 SLACK = 1.5
 """A default deadline that cannot be met is put off to so many times the time that is needed."""
 
-SHARE = 0.1
-"""Share of the time that may go into looking at a long tour again and again."""
+REST = 0.05
+"""Seconds of the module's clock for each open request between two looks at all of them: a long
+tour is not to be looked at again and again."""
 
 STEPS = 40
 """Steps from which it is learned how fast the robot gets on."""
@@ -85,11 +85,13 @@ class Prospects:
 
     async def watch(self) -> None:
         """Tell of requests that will be late, whenever something has changed, until cancelled."""
+        clock = self._module.clock
         while True:
             await self._book.prospects_changed.wait()
-            began = time.monotonic()
-            await self.review()
-            await asyncio.sleep((time.monotonic() - began) / SHARE)
+            with clock.hold():
+                await self.review()
+                rested = clock.now() + REST * len(self._book.open_requests())
+            await clock.watch_until(rested)
 
     async def review(self) -> None:
         """Look at all open requests once, and tell of those that will be late."""

@@ -37,6 +37,9 @@ STUCK = 240.0
 LOOK_AGAIN = 2.0
 """Wall seconds after which open requests are looked at again: a broadcast may be missed."""
 
+SECOND_THOUGHTS = 1.0
+"""Seconds after which a user takes back a request whose item he has put on the tray."""
+
 Progress = Callable[[str], None]
 
 
@@ -188,7 +191,8 @@ class DayRun:
             self.record.handovers.append(Handover(at, one.action, one.user, one.item, one.room))
             change = self._plan.taken_from_tray(one.user, one.item)
             if one.action == "placed" and change is not None:
-                with self._module.clock.hold():
+                # Not at this very time, at which the agent too hears of the item.
+                async with self._module.clock.at(one.time + SECOND_THOUGHTS):
                     await self._take_back(change)
 
     async def _conclude(self, metres: float) -> None:

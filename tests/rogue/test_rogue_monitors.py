@@ -18,6 +18,7 @@ from rogue.messages import Closing, RequestState
 from rogue.monitors import Kind, Monitor, MonitorRegistry, Watcher, needed, office_monitors
 from rogue.outcomes import Outcome, Trouble
 from rogue.requests import RequestBook, load_directory
+from tca_bus._clock import WallClock
 from tca_bus.testing import eventually
 from xavier_sim.messages import Battery, BatteryState, DoorMoved, DoorState, ItemMoved, WorldDoors
 
@@ -96,7 +97,7 @@ async def test_a_monitor_is_on_for_as_long_as_something_depends_on_it() -> None:
     async def review() -> None:
         reviews.append(len(wanted))
 
-    registry = MonitorRegistry([watcher], lambda: wanted, review)
+    registry = MonitorRegistry([watcher], lambda: wanted, review, WallClock)
     running = asyncio.create_task(registry.run())
     await eventually(lambda: registry.on() == {} and watcher.begun == 0)
     for number, room in enumerate(("r-5303", "r-5313"), 1):
