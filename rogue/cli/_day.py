@@ -14,7 +14,7 @@ from cyclopts.validators import Number
 from navigate.messages import Rooms
 from rogue.cli._flags import ROBOT, RobotFlags
 from rogue.cli._folders import make_folder
-from rogue.memory import FILE_NAME
+from rogue.memory import FILE_NAME, Difference, first_difference
 from rogue.office import OfficeOptions
 from rogue.requests import Directory, load_directory
 from rogue.scenarios import (
@@ -29,6 +29,7 @@ from rogue.scenarios import (
     stage,
     verification,
 )
+from rogue.times import show_time
 from tca_bus import ConfigError, TcaError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 
@@ -36,7 +37,7 @@ EPOCH = "1996-03-04T09:00:00"
 
 
 class DayFailedError(TcaError):
-    """A request did not end as it should, or the day went otherwise with the planner killed."""
+    """A request did not end as it should, or the day went otherwise when it was played again."""
 
 
 async def day(
@@ -46,6 +47,7 @@ async def day(
     hours: Annotated[float, Parameter(validator=Number(gt=0, lte=24))] = 2.0,
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 1,
     kills: Annotated[int, Parameter(validator=Number(gte=0, lte=100))] = 0,
+    twice: Annotated[bool, Parameter(negative=())] = False,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     robot: RobotFlags = ROBOT,
     flags: BusFlags = DEFAULT_FLAGS,
@@ -68,6 +70,8 @@ async def day(
         Of the script and of everything random in the simulated world, 0 or more.
     kills
         Play the day once more, killing the planner so many times; it must end the same.
+    twice
+        Play the same day once more; all that the planner did and said must be the same to the tick.
     data
         Folder for what is kept, and for the logs; a temporary one if not given.
     robot
@@ -80,6 +84,13 @@ async def day(
         wrong = faults(plan, record)
         report: dict[str, Any] = {**numbers, "undisturbed": _document(plan, record), "wrong": wrong}
         _show(plan, record, flags)
+        if twice:
+            _, repeated = await _play(folder / "again", numbers, 0, robot, flags)
+            unlike = await _unlike(folder, record, repeated)
+            wrong += unlike
+            report["repeated"] = not unlike
+            if not (unlike or flags.json):
+                emit("The day was the same when it was played again, to the tick.\n")
         if kills:
             plan, again = await _play(folder / "killed", numbers, kills, robot, flags)
             other = faults(plan, again) + differences(plan, record, again)
@@ -92,6 +103,21 @@ async def day(
         raise DayFailedError("; ".join(wrong))
     if not flags.json:
         emit("Every request ended as it should.")
+
+
+async def _unlike(folder: Path, record: DayRecord, again: DayRecord) -> list[str]:
+    """In what a day was another when it was played again, in words."""
+    stores = (folder / name / FILE_NAME for name in ("undisturbed", "again"))
+    if (found := await first_difference(*stores)) is not None:
+        return [_told_apart(found)]
+    return [] if record == again else ["played again, the world went another way"]
+
+
+def _told_apart(difference: Difference) -> str:
+    time = difference.time
+    when = "" if time is None else f" at {show_time(time)}, {time:.1f} s"
+    one, other = difference.one or "nothing", difference.other or "nothing"
+    return f"played again, the day differs first in {difference.table}{when}: {one}, then {other}"
 
 
 async def _play(

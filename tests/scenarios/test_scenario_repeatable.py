@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import sys
+from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager
 
 import pytest
@@ -170,3 +173,13 @@ async def test_errands_that_are_broken_off_are_so_at_the_same_tick(tmp_path):
     assert ended["a"] == (RequestState.CANCELED, pytest.approx(12.3))
     assert ended["b"] == (RequestState.FAILED, pytest.approx(33.0))
     assert ended["c"][0] is RequestState.COMPLETED
+
+
+async def test_the_command_plays_a_day_twice_and_it_is_the_same():
+    words = ("day", "--twice", "--requests", "4", "--users", "3", "--hours", "0.1", "--json")
+    child = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "rogue", *words, stdout=PIPE, stderr=PIPE
+    )
+    out, err = await child.communicate()
+    assert child.returncode == 0, err.decode()
+    assert json.loads(out)["repeated"] is True
