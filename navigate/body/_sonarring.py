@@ -31,6 +31,9 @@ BEARINGS: Floats = PITCH * np.arange(SONAR_COUNT, dtype=np.float64)
 
 SONARS = range(SONAR_COUNT)
 
+FASTEST, FASTEST_TURN = 10.0, 20.0
+"""A reading that says that the robot drives faster than this, in m/s and rad/s, is wrong."""
+
 _BYTES = np.array([1, 1 << 8, 1 << 16], dtype=np.int64)
 
 
@@ -42,7 +45,7 @@ def wrap(angle: float) -> float:
 def fault_of(sensors: Sensors) -> str | None:
     """What makes a reading useless, as a sentence; None when it is sound."""
     if sensors.sonar.shape != (SONAR_COUNT,):
-        return f"sonar has {len(sensors.sonar)} readings, expected {SONAR_COUNT}"
+        return f"sonar has {sensors.sonar.size} readings, expected {SONAR_COUNT}"
     for name, ranges, beams in (
         ("striper", sensors.striper, STRIPER_BEAMS),
         ("lidar", sensors.lidar, LIDAR_BEAMS),
@@ -55,6 +58,11 @@ def fault_of(sensors: Sensors) -> str | None:
         return f"odom is {sensors.odom.tolist()}, expected three finite numbers"
     if not math.isfinite(sensors.time):
         return f"time is {sensors.time}, expected a finite number"
+    if not abs(sensors.speed) <= FASTEST:
+        return f"speed is {sensors.speed:g} m/s, expected -{FASTEST:g} to {FASTEST:g}"
+    if not abs(sensors.turn_rate) <= FASTEST_TURN:
+        limit = f"-{FASTEST_TURN:g} to {FASTEST_TURN:g}"
+        return f"turn_rate is {sensors.turn_rate:g} rad/s, expected {limit}"
     return None
 
 

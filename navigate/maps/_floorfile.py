@@ -9,10 +9,9 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from navigate.maps._map_checks import check_plan
 from tca_bus import TcaError, did_you_mean
-from xavier_sim.messages import Corner, FloorPlan, Space
-
-_Loader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+from xavier_sim.messages import FloorPlan
 
 DEFAULT_MAP = "wean5"
 
@@ -25,6 +24,21 @@ class MapError(TcaError, ValueError):
     def __init__(self, source: str, problems: list[str]) -> None:
         self.source, self.problems = source, problems
         super().__init__(f"map {source}: {'; '.join(problems)}")
+
+
+class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """Reads YAML in which no name stands twice: YAML itself would take the last, silently."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[str] = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                line = key.start_mark.line + 1
+                raise yaml.YAMLError(
+                    f"{key.value!r} stands twice in one mapping, again in line {line}"
+                )
+            seen.add(str(key.value))
+        return dict(super().construct_mapping(node, deep=deep))
 
 
 def load_plan(source: str | Path | None = None) -> FloorPlan:
@@ -45,7 +59,9 @@ def load_plan(source: str | Path | None = None) -> FloorPlan:
     except UnicodeDecodeError as error:
         raise MapError(str(path), ["is no UTF-8 text"]) from error
     except yaml.YAMLError as error:
-        raise MapError(str(path), [f"is no YAML: {' '.join(str(error).split())}"]) from error
+        raise MapError(
+            str(path), [f"cannot be read as YAML: {' '.join(str(error).split())}"]
+        ) from error
     except ValidationError as error:
         raise MapError(str(path), _sentences(error)) from error
     if problems := check_plan(plan):
@@ -60,26 +76,6 @@ def own_maps() -> list[str]:
         entry.name.removesuffix(".yaml")
         for entry in folder.iterdir()
         if entry.name.endswith(".yaml")
-    )
-
-
-def check_plan(plan: FloorPlan) -> list[str]:
-    """List what is wrong with a plan beyond the types of its fields; empty when it is sound."""
-    spaces = {space.name: space for space in plan.spaces}
-    return [
-        *_check_names(plan),
-        *_check_sizes(plan),
-        *_check_doors(plan, spaces),
-        *_check_places(plan, spaces),
-        *_check_start(plan),
-    ]
-
-
-def contains(space: Space, point: Corner, *, slack: float = 0.0) -> bool:
-    """Whether ``point`` lies in the rectangle of ``space``, give or take ``slack`` metres."""
-    return (
-        space.low.x - slack <= point.x <= space.high.x + slack
-        and space.low.y - slack <= point.y <= space.high.y + slack
     )
 
 
@@ -103,54 +99,3 @@ def _sentences(error: ValidationError) -> list[str]:
         + ("" if item["type"] == "missing" else f", got {str(item['input'])[:80]!r}")
         for item in error.errors()[:5]
     ]
-
-
-def _check_names(plan: FloorPlan) -> list[str]:
-    problems = []
-    for kind, names in (
-        ("space", [space.name for space in plan.spaces]),
-        ("door", [door.name for door in plan.doors]),
-    ):
-        twice = sorted({name for name in names if names.count(name) > 1})
-        problems += [f"{kind} {name!r} is there more than once" for name in twice]
-    return problems if plan.spaces else ["there are no spaces"]
-
-
-def _check_sizes(plan: FloorPlan) -> list[str]:
-    return [
-        f"space {space.name!r}: low must lie below and left of high, and be 0.7 m away or more"
-        for space in plan.spaces
-        if min(space.high.x - space.low.x, space.high.y - space.low.y) < 0.7
-    ]
-
-
-def _check_doors(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:
-    problems = []
-    for door in plan.doors:
-        unknown = [name for name in door.between if name not in spaces]
-        problems += [
-            f"door {door.name!r} leads to unknown space {name!r}.{did_you_mean(name, spaces)}"
-            for name in unknown
-        ]
-        if not unknown and not all(
-            contains(spaces[name], door.at, slack=0.3) for name in door.between
-        ):
-            one, other = door.between
-            problems.append(f"door {door.name!r} is in no wall between {one!r} and {other!r}")
-    return problems
-
-
-def _check_places(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:
-    problems = []
-    for room, point in plan.places.items():
-        if room not in spaces:
-            problems.append(f"place {room!r} is in no space.{did_you_mean(room, spaces)}")
-        elif not contains(spaces[room], point, slack=0.3):
-            problems.append(f"the place of {room!r} lies outside of it")
-    return problems
-
-
-def _check_start(plan: FloorPlan) -> list[str]:
-    if any(contains(space, plan.start) for space in plan.spaces):
-        return []
-    return [f"start ({plan.start.x:g}, {plan.start.y:g}) lies in no space"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import logging
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,7 +24,7 @@ from tca_bus.testing import bus, central, eventually
 from xavier_sim.messages import SONAR_COUNT, Drive, Sensors
 
 
-def reading(tick, time=None, *, lockstep=False, sonar=SONAR_COUNT):
+def reading(tick, time=None, *, lockstep=False, sonar=SONAR_COUNT, speed=0.0, turn_rate=0.0):
     return Sensors.model_construct(
         tick=tick,
         time=1000.0 + tick / 10 if time is None else time,
@@ -34,8 +35,8 @@ def reading(tick, time=None, *, lockstep=False, sonar=SONAR_COUNT):
         odom=np.zeros(3, dtype=np.float32),
         striper=np.empty(0, dtype=np.float32),
         lidar=np.empty(0, dtype=np.float32),
-        speed=0.0,
-        turn_rate=0.0,
+        speed=speed,
+        turn_rate=turn_rate,
         bump=0,
     )
 
@@ -77,6 +78,14 @@ def test_stragglers_change_nothing(order):
         ([reading(500), reading(0, 1060.0)], Kind.NEW, None),
         ([reading(1), reading(700)], Kind.NEW, "698 readings before it are missing"),
         ([reading(1, sonar=23)], Kind.USELESS, "sonar has 23 readings, expected 24"),
+        ([reading(1, sonar=())], Kind.USELESS, "sonar has 1 readings, expected 24"),
+        ([reading(1, speed=math.inf)], Kind.USELESS, "speed is inf m/s, expected -10 to 10"),
+        ([reading(1, speed=math.nan)], Kind.USELESS, "speed is nan m/s, expected -10 to 10"),
+        (
+            [reading(1, turn_rate=-1e9)],
+            Kind.USELESS,
+            "turn_rate is -1e+09 rad/s, expected -20 to 20",
+        ),
     ],
 )
 def test_what_is_amiss_has_a_name_and_a_word(readings, kind, word):

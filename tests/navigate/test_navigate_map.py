@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -91,7 +92,8 @@ def test_missing_map_names_near_ones():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (b"{", "is no YAML"),
+        (b"{", "cannot be read as YAML"),
+        (b"places:\n  a: 1\n  b: 2\n  a: 3\n", "'a' stands twice in one mapping, again in line 4"),
         (b"\xff\xfe\x00", "no UTF-8"),
         (b"- 1\n- 2\n", r"the document: .*, got '\[1, 2\]'"),
         (b"name: x\n", "Field required"),
@@ -129,6 +131,40 @@ def test_faults_of_a_map_are_named(tmp_path):
     assert "place of 'r-5301' lies outside" in problem(tmp_path, outside)
     assert "start (-50, 0) lies in no space" in problem(tmp_path, far_start)
     assert "low must lie below" in problem(tmp_path, thin)
+
+
+def test_walls_that_cross_are_told(tmp_path):
+    def crossing(raw):
+        raw["spaces"][index_of(raw, "r-5301")]["high"]["y"] += 2.0
+
+    said = problem(tmp_path, crossing)
+    assert re.search(r"the walls of 'r-5301' and 'r-5303' cross: .* overlap by [\d.]+ m x", said)
+
+
+def test_rooms_that_nobody_can_reach_are_told(tmp_path):
+    def without_door(raw):
+        raw["doors"] = [door for door in raw["doors"] if "r-5307" not in door["between"]]
+
+    assert "nobody can reach 'r-5307' from 'foyer'" in problem(tmp_path, without_door)
+
+
+def test_a_door_leads_from_one_space_to_another(tmp_path):
+    def to_itself(raw):
+        raw["doors"][0]["between"] = ["r-5301", "r-5301"]
+
+    assert "leads from 'r-5301' to itself" in problem(tmp_path, to_itself)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_coordinates_are_finite(tmp_path, value):
+    def endless(raw):
+        raw["places"]["r-5301"]["x"] = value
+
+    assert "places.r-5301.x: Input should be a finite number" in problem(tmp_path, endless)
+
+
+def index_of(raw, name):
+    return next(number for number, space in enumerate(raw["spaces"]) if space["name"] == name)
 
 
 @settings(deadline=None, max_examples=25)

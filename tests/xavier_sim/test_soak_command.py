@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from cyclopts import CycloptsError
 
 from tca_bus import ConfigError, TcaError
 from xavier_sim.cli import app
@@ -69,6 +70,18 @@ def test_seeds_are_soaked_side_by_side_and_added_up(capsys, tmp_path):
 def test_seeds_that_are_none_are_explained(text):
     with pytest.raises(ConfigError, match=r"--seeds.*each once, as in 1,2,3"):
         parse_seeds(text)
+
+
+@pytest.mark.parametrize("page", [".", "nowhere/soak.html"])
+def test_a_report_that_cannot_be_written_is_told_before_the_soak(tmp_path, page):
+    with pytest.raises(ConfigError, match=r"--report is .* expected a file in a folder"):
+        command("--hours", "1", "--report", str(tmp_path / page))
+
+
+@pytest.mark.parametrize("hours", ["nan", "inf", "0", "-1"])
+def test_hours_are_some_and_not_endless(hours):
+    with pytest.raises(CycloptsError, match="--hours"):
+        command("--hours", hours)
 
 
 def test_one_seed_and_several_are_not_both_given():

@@ -70,14 +70,21 @@ async def test_what_lasts_is_listed_until_it_is_cleared(capsys):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("wheels 0.9", "how the wheels slip is 'a share of 0.9, --veer 0', expected a share from"),
-        ("wheels nan", "a share of nan"),
-        ("wheels 0.1 --veer inf", "--veer inf"),
-        ("odometry nan", "what the odometry counts wrongly is 'nan metres, --turn 0'"),
-        ("odometry 51", "expected metres from -50 to 50"),
-        ("sonar 24 dead", "expected a number from 0 to 23"),
-        ("laser --metres nan", "expected --metres from -1 to 1"),
-        ("kidnap --x nan --y 1", "expected a room, or --x and --y"),
+        ("wheels 0.9", "share is 0.9, expected less than or equal to 0.8"),
+        ("wheels nan", "share is nan, expected"),
+        ("wheels 0.1 --veer inf", "veer is inf, expected less than or equal to 0.5"),
+        ("odometry nan", "metres is nan, expected"),
+        ("odometry 51", "metres is 51.0, expected less than or equal to 50"),
+        ("sonar 24 dead", "number is 24, expected less than 24"),
+        (
+            "sonar 3 dead --metres 1",
+            "the fault is 'number 3, .*', expected no metres for a dead",
+        ),
+        ("laser --metres nan", "metres is nan, expected"),
+        ("kidnap --x nan --y 1", "x is nan, expected a finite number"),
+        ("kidnap r-5303 --heading inf", "heading is inf, expected a finite number"),
+        ("kidnap --x 1", "the fault is 'x 1.0, .*', expected both x and y, or neither"),
+        ("kidnap", "the fault is '.*', expected a room, or x and y, or ahead and left"),
     ],
 )
 async def test_what_cannot_be_is_refused_before_anybody_is_asked(words, says):

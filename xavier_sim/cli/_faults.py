@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Literal
 
@@ -25,6 +26,9 @@ from xavier_sim.messages import (
     SonarFault,
     WheelSlip,
 )
+
+FLAGS = {"theta": "heading"}
+"""Fields of faults that have another name on the command line."""
 
 fault = App(
     name="fault",
@@ -72,13 +76,7 @@ async def kidnap(
         flags: Where the bus is.
     """
     there = room.lower() if room else None
-    await _make(
-        lambda: Kidnap(room=there, x=x, y=y, ahead=ahead, left=left, theta=heading),
-        flags,
-        what="where to put the robot",
-        given=f"{room or 'no room'}, x {x}, y {y}, ahead {ahead:g}, left {left:g}",
-        expected="a room, or --x and --y, or --ahead and --left, in metres",
-    )
+    await _make(lambda: Kidnap(room=there, x=x, y=y, ahead=ahead, left=left, theta=heading), flags)
 
 
 @fault.command
@@ -94,13 +92,7 @@ async def odometry(metres: float, /, *, turn: float = 0.0, flags: BusFlags = DEF
         turn: Radians that its heading jumps at once, counter-clockwise, -3.2 to 3.2.
         flags: Where the bus is.
     """
-    await _make(
-        lambda: Slip(metres=metres, turn=turn),
-        flags,
-        what="what the odometry counts wrongly",
-        given=f"{metres:g} metres, --turn {turn:g}",
-        expected="metres from -50 to 50 and --turn from -3.2 to 3.2",
-    )
+    await _make(lambda: Slip(metres=metres, turn=turn), flags)
 
 
 @fault.command
@@ -116,13 +108,7 @@ async def wheels(
             -0.5 to 0.5.
         flags: Where the bus is.
     """
-    await _make(
-        lambda: WheelSlip(share=share, veer=veer),
-        flags,
-        what="how the wheels slip",
-        given=f"a share of {share:g}, --veer {veer:g}",
-        expected="a share from 0 to 0.8 and --veer from -0.5 to 0.5",
-    )
+    await _make(lambda: WheelSlip(share=share, veer=veer), flags)
 
 
 @fault.command
@@ -153,13 +139,7 @@ async def sonar(
         metres: What a stuck one reads; what it read last when not given.
         flags: Where the bus is.
     """
-    await _make(
-        lambda: SonarFault(number=number, state=state, metres=metres),
-        flags,
-        what="the sonar",
-        given=f"number {number}, {state}" + ("" if metres is None else f", --metres {metres:g}"),
-        expected="a number from 0 to 23, and --metres from 0 to 6.5 for a stuck one only",
-    )
+    await _make(lambda: SonarFault(number=number, state=state, metres=metres), flags)
 
 
 @fault.command
@@ -171,13 +151,7 @@ async def laser(*, metres: float = 0.0, turn: float = 0.0, flags: BusFlags = DEF
         turn: Radians to the left of where they should look, -0.5 to 0.5.
         flags: Where the bus is.
     """
-    await _make(
-        lambda: LaserOffset(metres=metres, turn=turn),
-        flags,
-        what="the laser's offset",
-        given=f"--metres {metres:g} --turn {turn:g}",
-        expected="--metres from -1 to 1 and --turn from -0.5 to 0.5",
-    )
+    await _make(lambda: LaserOffset(metres=metres, turn=turn), flags)
 
 
 @fault.command
@@ -204,24 +178,28 @@ async def item_brought(user: str, item: str, /, *, flags: BusFlags = DEFAULT_FLA
     await _move_item(MoveItem(user=user, item=item, action="brought"), flags)
 
 
-async def _make(
-    make: Callable[[], AnyFault],
-    flags: BusFlags,
-    *,
-    what: str = "the fault",
-    given: str = "",
-    expected: str = "",
-) -> None:
+async def _make(make: Callable[[], AnyFault], flags: BusFlags) -> None:
     """Make a fault and tell what is wrong then.
 
     Raises:
-        ConfigError: ``what`` was ``given`` as it cannot be.
+        ConfigError: there can be no such fault.
     """
     try:
         made = make()
     except ValidationError as error:
-        raise ConfigError(what, given, expected) from error
+        raise _explained(error) from error
     await _tell(Fault(fault=made), flags)
+
+
+def _explained(error: ValidationError) -> ConfigError:
+    """The first thing wrong: the field, what it is, and what it should be."""
+    first = error.errors(include_url=False)[0]
+    expected = re.sub("^(Input should be|Value error, expected) ", "", first["msg"])
+    if first["loc"]:
+        name = str(first["loc"][0])
+        return ConfigError(FLAGS.get(name, name), first["input"], expected)
+    given = (f"{name} {value}" for name, value in first["input"].items() if value is not None)
+    return ConfigError("the fault", ", ".join(given), expected)
 
 
 async def _tell(message: Query[FaultState], flags: BusFlags) -> None:

@@ -13,7 +13,7 @@ from cyclopts.validators import Number
 from tca_bus import ConfigError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, note, show_table
 from xavier_sim.cli._soak_crew import Task, run_crew
-from xavier_sim.cli._soak_flags import DEFAULT_ERRANDS, ErrandFlags, Positive, parse_seeds
+from xavier_sim.cli._soak_flags import DEFAULT_ERRANDS, ErrandFlags, Hours, parse_seeds
 from xavier_sim.cli._soak_progress import progress_of
 from xavier_sim.snapshots import write_atomically
 from xavier_sim.soak import (
@@ -30,7 +30,7 @@ from xavier_sim.soak import report as write_report
 
 def soak(
     *,
-    hours: Positive,
+    hours: Hours,
     seed: Annotated[int | None, Parameter(validator=Number(gte=0))] = None,
     seeds: str | None = None,
     jobs: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
@@ -55,6 +55,8 @@ def soak(
         errands: What errands they are.
         flags: Shared flags; no bus is needed.
     """
+    if report is not None:
+        _check_page(report)
     tasks = [
         Task(errands.options(one), hours, _file(checkpoint, one if seeds else None))
         for one in _seeds(seed, seeds)
@@ -63,6 +65,17 @@ def soak(
     if report is not None:
         write_atomically(report, write_report(outcomes))
     _show(outcomes, flags)
+
+
+def _check_page(report: Path) -> None:
+    """Find out before the hours are soaked whether their report can be written.
+
+    Raises:
+        ConfigError: it cannot.
+    """
+    folder = report.parent
+    if report.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise ConfigError("--report", str(report), "a file in a folder that can be written to")
 
 
 def _cores() -> int:

@@ -16,7 +16,7 @@ from xavier_sim.soak import FaultKind, SoakOptions
 ERRANDS = Group("Errands", sort_key=10)
 
 Share = Annotated[float, Parameter(validator=Number(gte=0.0, lte=1.0))]
-Positive = Annotated[float, Parameter(validator=Number(gt=0.0))]
+Hours = Annotated[float, Parameter(validator=Number(gt=0.0, lte=100_000.0))]
 
 
 @Parameter(name="*", group=ERRANDS)

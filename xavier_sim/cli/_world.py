@@ -42,7 +42,9 @@ async def door(
             raise _no_such_door(room, rooms)
         state = await module.query(MoveDoor(room=room.lower(), open=move == "open"))
     if state.open != (move == "open"):
-        raise RefusedError(f"closing the door of {state.room}", "the robot stands in it")
+        raise RefusedError(
+            f"closing the door of {state.room}", "somebody or something stands in it"
+        )
     if flags.json:
         emit_json(state)
     else:

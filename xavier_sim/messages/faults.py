@@ -34,10 +34,10 @@ class Kidnap(_Fault):
     @model_validator(mode="after")
     def _names_one_place(self) -> Self:
         if (self.x is None) != (self.y is None):
-            raise ValueError("x and y: give both or neither")
+            raise ValueError("expected both x and y, or neither")
         moved = (self.ahead, self.left) != (0.0, 0.0)
         if sum((self.room is not None, self.x is not None, moved)) != 1:
-            raise ValueError("give a room, or x and y, or ahead and left")
+            raise ValueError("expected a room, or x and y, or ahead and left")
         return self
 
 
@@ -74,7 +74,7 @@ class SonarFault(_Fault):
     @model_validator(mode="after")
     def _is_stuck_somewhere(self) -> Self:
         if self.metres is not None and self.state != "stuck":
-            raise ValueError(f"metres: expected none for a {self.state} sonar, got {self.metres:g}")
+            raise ValueError(f"expected no metres for a {self.state} sonar, not {self.metres:g}")
         return self
 
 
