@@ -20,6 +20,9 @@ from xavier_sim.soak import ENDLESS, Course, Job, Outcome, SoakOptions, Watch
 
 CENTIMETRES = 100.0
 
+LISTEN_TICKS = 10
+"""Ticks in which every sonar is heard once."""
+
 Tell = Callable[[Job, float], object]
 """Is told every job that ended, and the simulated seconds so far."""
 
@@ -80,12 +83,16 @@ class BusSoak:
         self.seconds = until * TICK
 
     async def _help(self) -> None:
-        """Put the robot at the place nearest to its start, and tell it so."""
+        """Put the robot at the place nearest to its start, and tell it so.
+
+        In between it listens: what it is told is fitted to what its sonars hear there.
+        """
         start, places = self._plan.start, self._plan.places
         room = min(
             places, key=lambda name: math.dist((places[name].x, places[name].y), (start.x, start.y))
         )
         await self._module.query(Fault(fault=Kidnap(room=room)))
+        await self._rest((await self._attendant.see()).tick + LISTEN_TICKS)
         await (await self._module.execute(SetPosition(room=room))).result()
 
 

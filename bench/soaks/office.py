@@ -27,23 +27,31 @@ def specs_of_soak(options: SoakOptions, bus: BusOptions, folder: Path) -> list[P
     surveyed = folder / "surveyed.yaml"
     plan = survey_floor(load_floor(options.floor), sigma=options.survey_sigma, seed=options.seed)
     surveyed.write_text(plan_to_yaml(plan), encoding="utf-8")
-    more = {
-        "xavier": {
-            "map": options.floor,
-            "profile": options.profile,
-            "people-walking": options.people,
-            "carts": options.carts,
-            "rays": "auto",
-        },
+    office = OfficeOptions(
+        data=folder,
+        map=options.floor,
+        seed=options.seed,
+        speed="max",
+        epoch=datetime.fromtimestamp(EPOCH, UTC).isoformat(),
+        profile=options.profile,
+        people_walking=options.people,
+        carts=options.carts,
+        log_level="warning",
+    )
+    own: dict[str, dict[str, object]] = {
+        "xavier": {"rays": "auto"},
         "navigate": {"map": surveyed, "seed": options.seed, **options.navigator_options},
     }
-    epoch = datetime.fromtimestamp(EPOCH, UTC).isoformat()
-    office = OfficeOptions(
-        data=folder, seed=options.seed, speed="max", epoch=epoch, log_level="warning"
-    )
-    return [_with_flags(spec, more.get(spec.name, {})) for spec in office_specs(office, bus)]
+    return [_with_flags(spec, own.get(spec.name, {})) for spec in office_specs(office, bus)]
 
 
 def _with_flags(spec: ProcessSpec, flags: dict[str, object]) -> ProcessSpec:
-    words = [word for name, value in flags.items() for word in (f"--{name}", str(value))]
-    return dataclasses.replace(spec, argv=[*spec.argv, *words])
+    """The process with flags of its own, each in place of the office's."""
+    argv = list(spec.argv)
+    for name, value in flags.items():
+        flag = f"--{name}"
+        if flag in argv:
+            argv[argv.index(flag) + 1] = str(value)
+        else:
+            argv += [flag, str(value)]
+    return dataclasses.replace(spec, argv=argv)

@@ -35,8 +35,8 @@ async def draw_once(module: Module, path: Path) -> None:
     """
     scene = await look(module)
     write(scene, path)
-    sides = "simulator and navigator" if scene.world else "the navigator"
-    note(f"{sides} are drawn in {path}" if scene.world else f"{sides} is drawn in {path}")
+    who = "simulator and navigator are" if scene.world else "the navigator is"
+    note(f"{who} drawn in {path}")
 
 
 def write(scene: Scene, path: Path) -> None:

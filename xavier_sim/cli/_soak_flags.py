@@ -28,7 +28,7 @@ class ErrandFlags:
     """Floor plan: the name of a floor that comes with it, or a YAML file."""
     profile: ProfileName = "xavier"
     """The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar."""
-    people: Count = 0
+    people: Annotated[Count, Parameter(name=("--people-walking", "--people"))] = 0
     """How many people walk the corridors and stand about in them."""
     carts: Count = 0
     """How many carts stand in the corridors, now here, now there."""
