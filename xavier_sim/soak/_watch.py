@@ -16,6 +16,9 @@ from xavier_sim.soak._tally import Tally
 LOOK_EVERY = 10
 """Ticks between two looks at where the robot is and believes to be: one second."""
 
+TOLD_DIGITS = 4
+"""Decimals of metres that a navigator tells on the bus: both kinds of soak get the same figures."""
+
 
 class Seen(Protocol):
     """The truth about a robot: what the world says of it, and what it answers on the bus.
@@ -101,7 +104,7 @@ class Watch:
             speed: that its wheels tell, m/s.
             tally: to count it in.
         """
-        error = math.dist(at, believed)
+        error = math.dist(at, [round(value, TOLD_DIGITS) for value in believed])
         self._worst = max(self._worst, error)
         self._sum, self._looks = self._sum + error, self._looks + 1
         tally.sample(error=error, speed=speed)
