@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -84,14 +86,19 @@ class _Worker:
 
 def _begin(news: News) -> None:
     _Worker.news = news
+    threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of the process that began this one; without it nobody takes the outcome."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _run(task: Task) -> Outcome:
-    """Soak to the end, or until the process that wants to know of it is gone."""
-    parent = multiprocessing.parent_process()
     run = SoakRun(task.options, task.checkpoint)
     for _ in run.jobs(task.hours):
         _Worker.news.put(run.standing())
-        if parent is not None and not parent.is_alive():
-            break
     return run.outcome()
