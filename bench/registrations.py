@@ -1,11 +1,14 @@
 """A thousand modules on one bus, each registered with central and given work by it.
 
     uv run python bench/registrations.py --modules 1000
+    uv run python bench/registrations.py --modules 1000 --processes 10
 
 The modules are stand-ins in one process that speak what `docs/wire.md` says and no more: each has
-a Zenoh session, a token, introduces itself, and handles a command of its own. Prints the wall
-seconds until a bystander sees all of them, until every one has carried out its command, and the
-resident memory of central and the router before and after, in MB.
+a Zenoh session, a token, introduces itself, and handles a command of its own. With ``--processes``
+they are real ones, spread over so many processes, and each has to see all others. Prints the wall
+seconds until a bystander sees all of them, until they see each other, until every one has carried
+out its command, and the resident memory of central and the router before and after, in MB. What an
+operating system's limit forbids is named at once.
 """
 
 from __future__ import annotations
@@ -16,12 +19,14 @@ import contextlib
 import json
 import os
 import queue
+import resource
 import signal
 import socket
 import sys
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
+from typing import Any
 
 import zenoh
 from zenoh.handlers import Callback
@@ -116,6 +121,47 @@ def serve(endpoint: str, count: int) -> None:
         module.answer(query)
 
 
+async def crowd(endpoint: str, first: int, count: int, everybody: int) -> None:
+    """Be ``count`` real modules from number ``first`` on; say when each sees ``everybody``."""
+    options = BusOptions(connect=endpoint, realm=REALM, connect_timeout=PATIENCE)
+    async with contextlib.AsyncExitStack() as stack:
+        modules = []
+        for number in range(first, first + count):
+            module = Module(f"module-{number}", options=options)
+            module.serve(command_of(number), _answering(number))
+            modules.append(await stack.enter_async_context(module))
+        await eventually(
+            lambda: all(len(module.modules()) == everybody for module in modules), timeout=PATIENCE
+        )
+        print(threads_here(), flush=True)
+        await asyncio.get_running_loop().create_future()
+
+
+def _answering(number: int) -> Callable[[Any, Any], Awaitable[int]]:
+    async def toil(_message: Any, _context: Any) -> int:
+        return number
+
+    return toil
+
+
+def threads_here() -> int:
+    return len(list(Path("/proc/self/task").iterdir()))
+
+
+def check_limits(modules: int, processes: int) -> None:
+    """End with the name of the limit that forbids so many modules.
+
+    A module takes a file and up to eight threads in its process, and a file in the router's.
+    """
+    files = modules + 200
+    allowed = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    if allowed < files:
+        sys.exit(f"the limit of open files, RLIMIT_NOFILE, is {allowed}; needed: {files}")
+    threads, most = 8 * modules + 20 * processes, resource.getrlimit(resource.RLIMIT_NPROC)[0]
+    if resource.RLIM_INFINITY != most < threads:
+        sys.exit(f"the limit of threads, RLIMIT_NPROC, is {most}; needed: {threads}")
+
+
 @contextlib.asynccontextmanager
 async def process(*arguments: str) -> AsyncIterator[int]:
     child = await asyncio.create_subprocess_exec(sys.executable, *arguments)
@@ -149,7 +195,36 @@ async def put_to_work(boss: Module, count: int) -> None:
             group.create_task(one_after_the_other())
 
 
-async def run(count: int) -> None:
+async def start_crowds(
+    stack: contextlib.AsyncExitStack, endpoint: str, count: int, processes: int
+) -> list[asyncio.subprocess.Process]:
+    """Start the processes of real modules; central and the boss are there too."""
+    started = []
+    for place in range(processes):
+        first, after = (count * bound // processes for bound in (place, place + 1))
+        arguments = (__file__, "--crowd", endpoint, *map(str, (first, after - first, count + 2)))
+        pipe = asyncio.subprocess.PIPE
+        child = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe)
+        stack.push_async_callback(_end, child)
+        started.append(child)
+    return started
+
+
+async def _end(child: asyncio.subprocess.Process) -> None:
+    if child.returncode is None:
+        child.kill()
+    await child.wait()
+
+
+async def see_each_other(crowds: list[asyncio.subprocess.Process]) -> int:
+    """Wait until all modules of all processes see all; gives the number of their threads."""
+    lines = [await crowd.stdout.readline() for crowd in crowds if crowd.stdout is not None]
+    if not all(lines):
+        raise RuntimeError("a process of modules has ended; its error stands above")
+    return sum(map(int, lines))
+
+
+async def run(count: int, processes: int) -> None:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -163,9 +238,17 @@ async def run(count: int) -> None:
         boss = await stack.enter_async_context(Module("boss", options=options))
         before = memory(router), memory(central)
         begun = time.monotonic()
-        await stack.enter_async_context(process(__file__, "--serve", endpoint, str(count)))
+        crowds = await start_crowds(stack, endpoint, count, processes)
+        if not crowds:
+            await stack.enter_async_context(process(__file__, "--serve", endpoint, str(count)))
         await eventually(lambda: len(boss.modules()) == count + 2, timeout=PATIENCE)
-        print(f"{count} modules are seen after {time.monotonic() - begun:.1f} s")
+        print(f"{count} modules are seen after {time.monotonic() - begun:.1f} s", flush=True)
+        if crowds:
+            threads = await see_each_other(crowds)
+            took = time.monotonic() - begun
+            megabytes = sum(memory(crowd.pid) for crowd in crowds)
+            print(f"all see each other after {took:.1f} s", flush=True)
+            print(f"{processes} processes of modules: {threads} threads, {megabytes:.0f} MB")
         await put_to_work(boss, count)
         print(f"each has carried out a command after {time.monotonic() - begun:.1f} s")
         for name, was, pid in (("router", before[0], router), ("central", before[1], central)):
@@ -175,13 +258,19 @@ async def run(count: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--modules", type=int, default=1000)
+    parser.add_argument("--processes", type=int, default=0, help="of real modules; 0: stand-ins")
     parser.add_argument("--serve", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--crowd", nargs=4, help=argparse.SUPPRESS)
     flags = parser.parse_args()
     if flags.serve:
         endpoint, count = flags.serve
         serve(endpoint, int(count))
+    elif flags.crowd:
+        endpoint, *numbers = flags.crowd
+        asyncio.run(crowd(endpoint, *map(int, numbers)))
     else:
-        asyncio.run(run(flags.modules))
+        check_limits(flags.modules, flags.processes)
+        asyncio.run(run(flags.modules, flags.processes))
 
 
 if __name__ == "__main__":

@@ -43,6 +43,9 @@ EVERY_MESSAGE = ":"
 NO_NAMES = "-"
 """Stands for an empty list in a presence key, since a chunk may not be empty."""
 
+MOST_TOKENS = 4096
+"""Tokens whose reading is remembered: all modules of a process read the same ones, and often."""
+
 _NOT_IN_CHUNK = re.compile(r"[^A-Za-z0-9._:-]")
 
 
@@ -183,6 +186,7 @@ def parse_task(key: str) -> tuple[str, str]:
     return chunks[0], chunks[1]
 
 
+@lru_cache(maxsize=MOST_TOKENS)
 def parse_presence(key: str) -> PresentModule:
     """Read a module from its liveliness token.
 

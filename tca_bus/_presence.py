@@ -213,6 +213,11 @@ class PresenceTable:
         """Whether a module that handles ``message`` is there for certain."""
         return any(not self._is_suspect(entry.incarnation) for entry in self.providers(message))
 
+    def is_own_name(self, module: PresentModule) -> bool:
+        """Whether a module has the name of the table's own one, or is it."""
+        own = self._entries.get(self._own)
+        return own is not None and own.name == module.name
+
     def namesakes(self) -> list[PresentModule]:
         """The modules that are there for certain under the name of the table's own module."""
         own = self._entries.get(self._own)

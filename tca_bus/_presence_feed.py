@@ -171,7 +171,7 @@ class PresenceFeed:
         # Waiters look again; the event is only a bell.
         self._changed.set()
         self._changed = asyncio.Event()
-        if any(change.appeared for change in changes):
+        if any(change.appeared and self.table.is_own_name(change.module) for change in changes):
             self._warn_of_namesakes()
         for change in changes:
             for listener in list(self._listeners):
@@ -190,17 +190,24 @@ class PresenceFeed:
             )
 
     def _set_timer(self, *, earliest: float = 0.0) -> None:
-        if self._timer is not None:
+        due = max(self.table.next_expiry(), earliest)
+        if due == math.inf or self._is_asking:
+            return
+        # One that rings too early is cheaper than a new one for each of a thousand tokens.
+        if self._timer is not None and self._timer.when() > due:
             self._timer.cancel()
             self._timer = None
-        due = max(self.table.next_expiry(), earliest)
-        if due < math.inf and not self._is_asking:
-            self._timer = self._loop.call_at(due, self._ask_before_giving_up)
+        if self._timer is None:
+            self._timer = self._loop.call_at(due, self._timer_rang, earliest)
+
+    def _timer_rang(self, earliest: float) -> None:
+        self._timer = None
+        if max(self.table.next_expiry(), earliest) > self._loop.time():
+            self._set_timer(earliest=earliest)
+        elif not self.session.is_closed:
+            self._ask_before_giving_up()
 
     def _ask_before_giving_up(self) -> None:
-        self._timer = None
-        if self.session.is_closed:
-            return
         self._is_asking = True
         self._vanished.clear()
         asked, listing = self._loop.time(), _Listing()

@@ -21,7 +21,7 @@ from tca_bus._limits import MOST_MESSAGE_BYTES
 from tca_bus._options import ENDPOINT_EXPECTED, ENDPOINT_PATTERN, BusOptions
 from tca_bus._policy import Policy
 from tca_bus._policy_link import serve_policy
-from tca_bus._session import LEASE_MS, NO_SHARED_MEMORY, uninterrupted
+from tca_bus._session import LEASE, NO_SHARED_MEMORY, uninterrupted
 
 logger = logging.getLogger(__name__)
 
@@ -29,6 +29,10 @@ DEFAULT_LISTEN = "tcp/127.0.0.1:7447"
 
 MOST_SESSIONS = 10_000
 """Zenoh's own limit of 1,000 would leave out a thousandth module, and central with it."""
+
+MOST_PENDING = 1000
+"""Handshakes under way. Beyond Zenoh's own 100 it shuts the door without a word, which a crowd that
+starts together on a busy machine would take for a refusal."""
 
 LINK_RETRY = {"period_init_ms": 200, "period_max_ms": 200, "period_increase_factor": 1}
 """How a lost link to another router is opened again. Routers count anew which way leads where
@@ -116,10 +120,11 @@ def router_settings(
             "unicast": {
                 "open_timeout": round(link_timeout * 1000),
                 "accept_timeout": 2000,
+                "accept_pending": MOST_PENDING,
                 "max_sessions": MOST_SESSIONS,
             },
             "link": {
-                "tx": {"lease": LEASE_MS},
+                "tx": LEASE,
                 "rx": {"max_message_size": MOST_MESSAGE_BYTES},
                 **link,
             },

@@ -36,8 +36,12 @@ on long after it is healed."""
 RETRY = {"period_init_ms": 100, "period_max_ms": 250, "period_increase_factor": 2}
 """How a lost link is opened again; presence counts on four tries a second."""
 
-LEASE_MS = 2000
-"""A peer that said nothing for so long is taken for gone by the other side."""
+LEASE_MS, KEEP_ALIVES = 1800, 6
+"""A peer that said nothing for so long is taken for gone by the other side; in that time it says
+something so many times. The kernel repeats what was lost after 0.2, 0.6, 1.4 and 3 s; the lease
+outlasts the third, so that a link healed before it goes on, and one healed later is over soon."""
+
+LEASE = {"lease": LEASE_MS, "keep_alive": KEEP_ALIVES}
 
 NO_SHARED_MEMORY = {"enabled": False}
 """Our messages are small, and a killed process would leave its pool of 16 MB in /dev/shm."""
@@ -97,7 +101,7 @@ def _config(
         "timestamping": {"enabled": True},
         "transport": {
             **credentials,
-            "link": {"tx": {"lease": LEASE_MS}, **credentials["link"]},
+            "link": {"tx": LEASE, **credentials["link"]},
             "shared_memory": NO_SHARED_MEMORY,
             "unicast": {
                 "open_timeout": OPEN_SLICE_MS if once or _is_beyond(options) else OPEN_TIMEOUT_MS
