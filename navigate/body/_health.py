@@ -36,6 +36,14 @@ HEARD_COUNTS = 4
 ELSEWHERE, ASKANCE = 0.08, math.radians(6.0)
 """Metres driven, or radians turned, from which silence is news: at one place it stays the same."""
 
+ROUND, LONGEST_ROUND = 4, 10
+"""Ticks of a round at the least, and at the most, when some sonar is never new."""
+
+ALL_NEW = (1 << SONAR_COUNT) - 1
+
+FAR = 1e3
+"""Metres that stand for no echo: finite, to be reckoned with."""
+
 SAME = 1e-4
 """Metres within which two readings are the same."""
 
@@ -64,7 +72,10 @@ OFF_AFTER = 20
 """Comparisons that it takes."""
 
 MEMORY = 0.06
-"""Weight of a new comparison in the mean, and of a reading in the share that waver."""
+"""Weight of a new comparison in the mean."""
+
+WAVER_MEMORY = 0.25
+"""Weight of a new round in the share that waver."""
 
 
 class Condition(enum.IntEnum):
@@ -77,13 +88,14 @@ class Condition(enum.IntEnum):
 
 
 class SonarHealth:
-    """Judges each sonar of the ring.
+    """Judges each sonar of the ring, once in a round in which all were new, or should have been.
 
     ``unsound`` (24,) is true for those that are not to be believed, ``conditions`` says why.
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
-        "conditions", "unsound", "_silent", "_same", "_began", "_last", "_good", "_marks", "_waver",
+        "conditions", "unsound", "_silent", "_same", "_began", "_last", "_good", "_mark", "_waver",
+        "_new", "_ticks",
     )  # fmt: skip
 
     def __init__(self) -> None:
@@ -92,91 +104,79 @@ class SonarHealth:
         self._silent = np.zeros(SONAR_COUNT, dtype=np.intp)
         self._same = np.zeros(SONAR_COUNT, dtype=np.intp)
         self._began: Floats = np.zeros(SONAR_COUNT)
-        self._last: Floats = np.full(SONAR_COUNT, np.inf)
+        self._last: Floats = np.full(SONAR_COUNT, -1.0)
         self._good = np.zeros(SONAR_COUNT, dtype=np.intp)
-        self._marks: Floats = np.full((SONAR_COUNT, 3), np.inf)
+        self._mark: Pose = (math.inf, 0.0, 0.0)
         self._waver = 0.0
+        self._new, self._ticks = 0, 0
 
     def judge(self, ranges: Floats, fresh: int, lit: Floats, odom: Pose) -> None:
-        """Take in the fresh ones of 24 readings, beside what light sees in their cones."""
-        sonars = sonars_of(fresh)
-        if len(sonars) == 0:
+        """Take in 24 readings, those in ``fresh`` new, beside what light sees in their cones."""
+        self._new |= fresh
+        self._ticks += 1
+        if self._ticks < ROUND or (self._new != ALL_NEW and self._ticks < LONGEST_ROUND):
             return
-        readings = ranges[sonars]
-        heard = np.isfinite(readings)
-        same = heard & (np.abs(np.where(heard, readings, 0.0) - self._last[sonars]) < SAME)
-        self._count_silence(ranges, sonars, heard, lit[sonars], odom)
-        self._count_same(sonars, heard, same, odom[2])
-        self._judge(ranges, sonars, heard, same, odom[2])
-        self._last[sonars] = np.where(heard, readings, self._last[sonars])
+        if self._new == 0:
+            return
+        new = np.zeros(SONAR_COUNT, dtype=np.bool_)
+        new[sonars_of(self._new)] = True
+        self._new = self._ticks = 0
+        heard = np.isfinite(ranges)
+        if is_elsewhere(odom, self._mark):
+            self._mark = odom
+            self._count_silence(np.where(heard, ranges, FAR), new, lit)
+        same = new & heard & (np.abs(np.where(heard, ranges, FAR) - self._last) < SAME)
+        self._count_same(new, new & heard, same, odom[2])
+        self._find_faults(ranges, odom[2])
+        if self.unsound.any():
+            self._find_cured(new & heard, same)
+        self._last = np.where(new & heard, ranges, self._last)
 
-    def _count_silence(
-        self,
-        ranges: Floats,
-        sonars: NDArray[np.intp],
-        heard: NDArray[np.bool_],
-        lit: Floats,
-        odom: Pose,
-    ) -> None:
-        """Count the silent ones that should have heard something, at another place than before."""
-        self._silent[sonars[heard]] = np.maximum(self._silent[sonars[heard]] - HEARD_COUNTS, 0)
-        mute = sonars[~heard]
-        if len(mute) == 0:
-            return
-        left, right = (mute + 1) % SONAR_COUNT, mute - 1
-        witnesses = np.maximum(ranges[left], ranges[right]) < WITNESSED
-        believed = ~(self.unsound[left] | self.unsound[right])
-        alike = np.abs(_capped(ranges[left]) - _capped(ranges[right])) < TOGETHER
-        met = (witnesses & believed & alike) | (lit[~heard] < WITNESSED)
-        moved = self._marks[mute] - odom
-        far = np.abs(moved[:, 0]) + np.abs(moved[:, 1]) > ELSEWHERE
-        far |= np.abs(moved[:, 2]) > ASKANCE
-        news = mute[met & far]
-        self._silent[news] += 1
-        self._marks[news] = odom
+    def _count_silence(self, ranges: Floats, new: NDArray[np.bool_], lit: Floats) -> None:
+        """Count the silent ones that should have heard something, here unlike before."""
+        left, right = np.roll(ranges, -1), np.roll(ranges, 1)
+        doubted = np.roll(self.unsound, -1) | np.roll(self.unsound, 1)
+        met = ~doubted & (np.maximum(left, right) < WITNESSED) & (np.abs(left - right) < TOGETHER)
+        silent = new & (ranges == FAR)
+        self._silent += silent & (met | (lit < WITNESSED))
+        self._silent -= np.where(new & ~silent, np.minimum(self._silent, HEARD_COUNTS), 0)
 
     def _count_same(
         self,
-        sonars: NDArray[np.intp],
+        new: NDArray[np.bool_],
         heard: NDArray[np.bool_],
         same: NDArray[np.bool_],
         theta: float,
     ) -> None:
-        self._same[sonars] = np.where(same, self._same[sonars] + 1, 0)
-        self._began[sonars] = np.where(same, self._began[sonars], theta)
-        others = heard & ~self.unsound[sonars]
-        if others.any():
-            wavering = 1.0 - float(same[others].mean())
-            self._waver += MEMORY * (wavering - self._waver)
+        self._same = np.where(same, self._same + 1, np.where(new, 0, self._same))
+        self._began = np.where(new & ~same, theta, self._began)
+        others = int((heard & ~self.unsound).sum())
+        if others:
+            wavering = 1.0 - int((same & ~self.unsound).sum()) / others
+            self._waver += WAVER_MEMORY * (wavering - self._waver)
 
-    def _judge(
-        self,
-        ranges: Floats,
-        sonars: NDArray[np.intp],
-        heard: NDArray[np.bool_],
-        same: NDArray[np.bool_],
-        theta: float,
-    ) -> None:
-        often = self._same[sonars] >= STUCK_AFTER
-        if often.any() or self._silent[sonars].max() >= DEAD_AFTER:
-            turned = np.abs((self._began[sonars] - theta + math.pi) % (2 * math.pi) - math.pi)
-            beside = np.minimum(ranges[(sonars + 1) % SONAR_COUNT], ranges[sonars - 1])
+    def _find_faults(self, ranges: Floats, theta: float) -> None:
+        dead, often = self._silent >= DEAD_AFTER, self._same >= STUCK_AFTER
+        if often.any():
+            turned = np.abs((self._began - theta + math.pi) % (2 * math.pi) - math.pi) > TURNED
+            beside = np.minimum(np.roll(ranges, 1), np.roll(ranges, -1))
             # What is too near to be told reads the same too, but not in one cone alone.
-            told = ranges[sonars] > NEAREST + SAME
+            told = ranges > NEAREST + SAME
             odd = told & (self._waver > WAVERING)
-            odd |= (turned > TURNED) & (told | (beside > NEAREST + TOGETHER))
-            self._find(sonars[often & odd], Condition.STUCK)
-            self._find(sonars[self._silent[sonars] >= DEAD_AFTER], Condition.DEAD)
-        if self.unsound.any():
-            self._good[sonars[same]] = 0
-            self._good[sonars[heard & ~same]] += 1
-            cured = sonars[self.unsound[sonars] & (self._good[sonars] >= SOUND_AFTER)]
-            self.conditions[cured], self.unsound[cured] = Condition.SOUND, False
-            self._silent[cured] = self._same[cured] = 0
+            odd |= turned & (told | (beside > NEAREST + TOGETHER))
+            self._find(often & odd, Condition.STUCK)
+        if dead.any():
+            self._find(dead, Condition.DEAD)
 
-    def _find(self, sonars: NDArray[np.intp], condition: Condition) -> None:
-        new = sonars[~self.unsound[sonars]]
+    def _find(self, which: NDArray[np.bool_], condition: Condition) -> None:
+        new = which & ~self.unsound
         self.conditions[new], self.unsound[new], self._good[new] = condition, True, 0
+
+    def _find_cured(self, heard: NDArray[np.bool_], same: NDArray[np.bool_]) -> None:
+        self._good = np.where(same, 0, self._good + heard)
+        cured = self.unsound & (self._good >= SOUND_AFTER)
+        self.conditions[cured], self.unsound[cured] = Condition.SOUND, False
+        self._silent[cured] = self._same[cured] = 0
 
 
 class LaserHealth:
@@ -193,7 +193,7 @@ class LaserHealth:
     def judge(self, ranges: Floats, fresh: int, sight: Sight, odom: Pose) -> None:
         """Compare with the fresh ones of 24 readings, of which those to believe are finite."""
         bits = [sonar for sonar in self._whole.tolist() if fresh >> sonar & 1]
-        if not bits or not self._is_elsewhere(odom):
+        if not bits or not is_elsewhere(odom, self._mark):
             return
         for sonar in bits:
             reading, seen = float(ranges[sonar]), float(sight.ring[sonar])
@@ -204,11 +204,8 @@ class LaserHealth:
         if self._count >= OFF_AFTER:
             self.off = abs(self._mean) > (RIGHT if self.off else OFF)
 
-    def _is_elsewhere(self, odom: Pose) -> bool:
-        x, y, theta = self._mark
-        far = abs(odom[0] - x) + abs(odom[1] - y) > ELSEWHERE
-        return far or abs(wrap(odom[2] - theta)) > ASKANCE
 
-
-def _capped(ranges: Floats) -> Floats:
-    return np.minimum(ranges, 1e3)
+def is_elsewhere(odom: Pose, mark: Pose) -> bool:
+    """Whether the robot has moved on from a mark so far that its senses say something new."""
+    far = abs(odom[0] - mark[0]) + abs(odom[1] - mark[1]) > ELSEWHERE
+    return far or abs(wrap(odom[2] - mark[2])) > ASKANCE

@@ -21,8 +21,14 @@ from xavier_sim.messages import (
     STRIPER_VIEW,
 )
 
+AWAY = 1e6
+"""Metres off at which a beam that sees nothing is said to end: finite, to be reckoned with."""
+
 LIDAR_NEAREST = 0.05
 """Metres below which a lidar sees nothing."""
+
+
+_MOUNTS: Floats = RING_RADIUS * np.column_stack([np.cos(BEARINGS), np.sin(BEARINGS)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +36,9 @@ class Sight:
     """What a laser sees at a tick.
 
     ``ranges`` (beams,) are metres from the laser, inf where nothing was seen; ``spots`` (beams, 2)
-    the same as metres ahead of the robot and to its left. ``ring`` (24,) is what sonars would read
-    that heard just that: the nearest spot in each cone, metres from the ring, inf for none.
+    the same as metres ahead of the robot and to its left, `AWAY` off for nothing. ``ring`` (24,)
+    is what sonars would read that heard just that: the nearest spot in each cone, metres from the
+    ring, inf for none.
     """
 
     ranges: Floats
@@ -62,10 +69,10 @@ class Laser:
         most = int(inside.sum(axis=1).max())
         # Cones with fewer beams than others repeat one that is none, behind the last.
         padded = [np.flatnonzero(row) for row in inside]
-        self._cones = np.array(
-            [np.concatenate([row, np.full(most - len(row), beams)]) for row in padded], np.intp
-        )
+        cones = [np.concatenate([row, np.full(most - len(row), beams)]) for row in padded]
         self._lit = np.flatnonzero(inside.any(axis=1))
+        self._cones = np.array(cones, np.intp)[self._lit]
+        self._mounts = _MOUNTS[self._lit, None]
         step = view / (beams - 1)
         width = inside.sum(axis=1) * step
         self.whole: NDArray[np.bool_] = np.asarray(width > 2.0 * CONE_HALF - 2.0 * step)
@@ -77,18 +84,15 @@ class Laser:
             return None
         readings = beams.astype(np.float64)
         sound = (readings >= self.nearest) & (readings <= self.farthest)
-        ranges = np.where(sound, readings, np.inf)
-        spots = np.full((self.beams + 1, 2), np.inf)
-        np.multiply(self._unit, np.where(sound, readings, 0.0)[:, None], out=spots[:-1])
+        spots = np.full((self.beams + 1, 2), AWAY)
+        np.multiply(self._unit, np.where(sound, readings, AWAY)[:, None], out=spots[:-1])
         spots[:-1, 0] += self.ahead
-        spots[:-1][~sound] = np.inf
+        off = spots[self._cones] - self._mounts
+        nearest = np.sqrt(np.einsum("ijk,ijk->ij", off, off).min(axis=1))
         ring = np.full(len(BEARINGS), np.inf)
-        away = spots[self._cones[self._lit]] - _MOUNTS[self._lit, None]
-        ring[self._lit] = np.sqrt((away**2).sum(axis=2)).min(axis=1)
-        return Sight(ranges, spots[:-1], ring)
+        ring[self._lit] = np.where(nearest < 0.5 * AWAY, nearest, np.inf)
+        return Sight(np.where(sound, readings, np.inf), spots[:-1], ring)
 
-
-_MOUNTS: Floats = RING_RADIUS * np.column_stack([np.cos(BEARINGS), np.sin(BEARINGS)])
 
 STRIPER = Laser(
     beams=STRIPER_BEAMS,

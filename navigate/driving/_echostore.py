@@ -16,8 +16,8 @@ from navigate.maps import Floats
 CELL = 0.05
 """Metres along a side of a cell."""
 
-SIDE = 64
-"""Cells along a side of the store: what is 3.2 m apart shares a cell."""
+SIDE = 48
+"""Cells along a side of the store: what is 2.4 m apart shares a cell."""
 
 Indices = NDArray[np.intp]
 
@@ -37,16 +37,22 @@ class EchoStore:
         self._spots: Floats = np.full((SIDE * SIDE, 2), np.inf)
         self._at: Floats = np.full(SIDE * SIDE, -np.inf)
         self._missed = np.zeros(SIDE * SIDE, dtype=np.intp)
+        self._latest = -np.inf
 
     def enter(self, spots: Floats, time: float) -> None:
-        """Keep ``spots`` (n, 2), metres, heard at ``time``, seconds."""
+        """Keep ``spots`` (n, 2), metres, heard at ``time``; if that went back, nothing else."""
+        if len(spots) == 0:
+            return
+        if time < self._latest:
+            self._at[:] = -np.inf
+        self._latest = time
         column, row = np.floor(spots * (1.0 / CELL)).astype(np.intp).T % SIDE
         cells = column * SIDE + row
         self._spots[cells], self._at[cells], self._missed[cells] = spots, time, 0
 
     def live(self, time: float) -> Indices:
         """The cells of what is kept still at ``time``."""
-        return np.flatnonzero((self._at > time - self._seconds) & (self._at <= time))
+        return np.flatnonzero(self._at > time - self._seconds)
 
     def spots(self, cells: Indices) -> Floats:
         """Where the echoes of cells (n,) are, metres, shape (n, 2)."""
@@ -67,5 +73,6 @@ class EchoStore:
     def _kept(self, rows: Floats) -> None:
         cells = rows[:, 0].astype(np.intp)
         self._at[:] = -np.inf
+        self._latest = float(rows[:, 3].max(initial=-np.inf))
         self._spots[cells], self._at[cells] = rows[:, 1:3], rows[:, 3]
         self._missed[cells] = rows[:, 4].astype(np.intp)

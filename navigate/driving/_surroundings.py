@@ -86,13 +86,14 @@ class Surroundings:
         """Take in what lasers see at a tick."""
         self._time, scans = time, [_NONE]
         for laser, sight in sights:
-            all_round = laser.view > ALL_ROUND
-            near = sight.ranges < (0.0 if all_round else NEAR_LIGHT)
-            if not all_round:
+            spots = _to_odom(odom, sight.spots)
+            if laser.view < ALL_ROUND:
+                near = sight.ranges < NEAR_LIGHT
                 self._forget_seen(odom, laser, sight)
-                self._seen.enter(_to_odom(odom, sight.spots[near]), time)
-            scans.append(sight.spots[np.isfinite(sight.ranges) & ~near])
-        self._scan = _to_odom(odom, np.concatenate(scans))
+                self._seen.enter(spots[near], time)
+                spots[near] = np.inf
+            scans.append(spots)
+        self._scan = scans[-1] if len(scans) < 3 else np.concatenate(scans)
 
     def hear(
         self,
