@@ -104,6 +104,9 @@ class RobotModule:
     async def _run_lockstep(self) -> None:
         while True:
             await self._send_sensors()
+            if self._state.must_save:
+                # While the driver thinks: a tick that it has answered need not wait for the disk.
+                await self._save()
             await self._until_may_tick()
             if self._state.is_over:
                 return
