@@ -372,6 +372,7 @@ class World:
         """Let physics and rays know how a door stands."""
         is_open = self._doors.is_open[door]
         self._physics.set_door(door, is_open=is_open)
+        self._crowd.see_door(door, is_open=is_open)
         for robot in self.robots.values():
             robot.see_door(door, is_open=is_open)
 

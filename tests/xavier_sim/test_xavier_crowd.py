@@ -67,6 +67,62 @@ def test_people_walk_and_touch_neither_walls_nor_carts(seed):
     assert sum(math.dist(a, b) > 2.0 for a, b in zip(before, after, strict=True)) >= 3
 
 
+def rooms_of(crowd):
+    """The rooms that somebody is in."""
+    at = (crowd._walkways.room_at(person.x, person.y) for person in crowd.people)
+    return [room for room in at if room is not None]
+
+
+def until(crowd, come, ticks=4000):
+    for tick in range(ticks):
+        crowd.step(tick, (), ())
+        if come():
+            return
+    pytest.fail("it did not come to that")
+
+
+def test_some_people_go_into_rooms_one_to_each_and_come_out(monkeypatch):
+    monkeypatch.setattr(person_module, "VISITS", 1.0)
+    monkeypatch.setattr(person_module, "VISIT_SECONDS", (1.0, 2.0))
+    crowd, seen, most = crowd_of(6, seed=3), set(), 0
+    for tick in range(1500):
+        crowd.step(tick, (), ())
+        rooms = rooms_of(crowd)
+        assert len(set(rooms)) == len(rooms)
+        seen.update(rooms)
+        most = max(most, len(rooms))
+    assert most == 2
+    assert len(seen) > 2
+
+
+def test_a_shut_door_keeps_people_out_and_in(monkeypatch):
+    monkeypatch.setattr(person_module, "VISITS", 1.0)
+    monkeypatch.setattr(person_module, "VISIT_SECONDS", (1.0, 2.0))
+    crowd = crowd_of(3, seed=2)
+    until(crowd, lambda: rooms_of(crowd))
+    (room,) = rooms_of(crowd)
+    doors = [number for number, door in enumerate(PLAN.doors) if room in door.between]
+    until(crowd, lambda: crowd._walkways.has_room(*where(crowd, room), 0.5))
+    for door in doors:
+        crowd.see_door(door, is_open=False)
+    walk(crowd, 300)
+    assert rooms_of(crowd) == [room]
+    for door in doors:
+        crowd.see_door(door, is_open=True)
+    until(crowd, lambda: not rooms_of(crowd))
+    for door in range(len(PLAN.doors)):
+        crowd.see_door(door, is_open=False)
+    walk(crowd, 600)
+    assert not rooms_of(crowd)
+
+
+def where(crowd, room):
+    """Where somebody is in a room."""
+    find = crowd._walkways.room_at
+    (at,) = [(one.x, one.y) for one in crowd.people if find(one.x, one.y) == room]
+    return at
+
+
 def test_people_stop_now_and_then():
     crowd = crowd_of(10)
     walk(crowd, 600)

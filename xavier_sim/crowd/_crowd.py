@@ -28,6 +28,12 @@ CLOSE = 3.0
 
 SLOW = 5
 
+INSIDE = 1.0 / 3.0
+"""Share of the people who may be in rooms, or on their way into one, at a time."""
+
+DOOR_FREE = 3.0
+"""Nobody sets out for a room when a robot is so near to its door, metres."""
+
 AT_FIRST = 2.0
 """Metres between robots and people to begin with."""
 
@@ -48,7 +54,9 @@ class NoRoomError(TcaError, ValueError):
 
 
 class Crowd:
-    """People and carts on the open spaces of a floor.
+    """People and carts on the open spaces of a floor; people visit rooms, too.
+
+    Doors begin open.
 
     Args:
         plan: of the floor.
@@ -66,7 +74,8 @@ class Crowd:
     ) -> None:
         self._random = stream(seed, "crowd")
         self._walkways = Walkways(plan)
-        self._steering = Steering(self._walkways, self._random)
+        self._steering = Steering(self._walkways, self._random, self._rooms_to_visit)
+        self._robots: Sequence[Disc] = robots
         doors = [(door.at.x, door.at.y) for door in plan.doors]
         self._spots = CartSpots(self._walkways, doors, self._random)
         self.carts: list[Cart] = []
@@ -85,6 +94,7 @@ class Crowd:
             robots: where they are now.
             bumped: numbers of the people whom a robot has run into since the last step.
         """
+        self._robots = robots
         for number, person in enumerate(self.people):
             self._decide(number, person, tick, robots, number in bumped)
         for person in self.people:
@@ -92,6 +102,10 @@ class Crowd:
         for cart in self.carts:
             self._pass_time(cart, robots)
         self._list()
+
+    def see_door(self, door: int, *, is_open: bool) -> None:
+        """Let people through a door of the plan, or not."""
+        self._walkways.see_door(door, is_open=is_open)
 
     def snapshot(self) -> dict[str, Any]:
         """Everything that `restore` needs, as plain numbers."""
@@ -126,6 +140,22 @@ class Crowd:
             robot = min(close, key=lambda disc: disc.gap(person.x, person.y, RADIUS))
             self._steering.step_aside(person, robot, others)
         self._steering.decide(person, TICK if close else SLOW * TICK, others, close)
+
+    def _rooms_to_visit(self) -> list[str]:
+        """Rooms with an open door, nobody in them or on the way, and no robot near."""
+        find = self._walkways.room_at
+        taken = [
+            find(one.x, one.y) or (find(*one.way[-1]) if one.way else None) for one in self.people
+        ]
+        if sum(room is not None for room in taken) + 1 > INSIDE * len(self.people):
+            return []
+        return [room for room in self._walkways.rooms if room not in taken and self._is_calm(room)]
+
+    def _is_calm(self, room: str) -> bool:
+        doors = self._walkways.doors_of(room)
+        return bool(doors) and all(
+            robot.gap(*door, 0.0) > DOOR_FREE for door in doors for robot in self._robots
+        )
 
     def _seen_by(self, number: int, person: Person) -> list[Disc]:
         return [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,6 +48,15 @@ CHAT = 0.5
 
 CHAT_SECONDS = (3.0, 60.0)
 
+VISITS = 0.2
+"""Share of the walks that lead into a room, where there is one to go to."""
+
+VISIT_SECONDS = (20.0, 240.0)
+"""How long somebody stays in a room."""
+
+SHUT_IN = 5.0
+"""Seconds after which somebody who found no way out looks again."""
+
 HALTS_PER_SECOND = 1.0 / 90.0
 """How often somebody stops on their way: to read, to phone, to greet."""
 
@@ -91,10 +100,13 @@ class Steering:
     Args:
         walkways: where they can walk.
         random: the stream behind their whims.
+        rooms: gives those that somebody may walk into now.
     """
 
-    def __init__(self, walkways: Walkways, random: np.random.Generator) -> None:
-        self._walkways, self._random = walkways, random
+    def __init__(
+        self, walkways: Walkways, random: np.random.Generator, rooms: Callable[[], Sequence[str]]
+    ) -> None:
+        self._walkways, self._random, self._rooms = walkways, random, rooms
 
     def decide(
         self, person: Person, seconds: float, others: Sequence[Disc], robots: Sequence[Disc]
@@ -150,19 +162,31 @@ class Steering:
 
     def _towards_goal(self, person: Person) -> float | None:
         """The heading of the next waypoint; None for who has just arrived, or finds no way."""
+        room = self._walkways.room_at(person.x, person.y)
         while person.way and math.dist(person.way[0], (person.x, person.y)) < REACHED:
             person.way.pop(0)
-            if not person.way and self._random.random() < CHAT:
-                person.pause = float(self._random.uniform(*CHAT_SECONDS))
+            if not person.way and (room or self._random.random() < CHAT):
+                stay = VISIT_SECONDS if room else CHAT_SECONDS
+                person.pause = float(self._random.uniform(*stay))
                 return None
         if not person.way:
-            goal = self._walkways.random_point(self._random, RADIUS + MARGIN)
+            goal = self._choose_goal(room)
             here = (person.x, person.y)
             person.way = self._walkways.way(here, goal, lane=person.lane, radius=RADIUS + REACHED)
         if not person.way:
+            person.pause = SHUT_IN if room else 0.0
             return None
         x, y = person.way[0]
         return math.atan2(y - person.y, x - person.x)
+
+    def _choose_goal(self, room: str | None) -> Point:
+        """Where to go next: from a room back to the others, from there now and then into one."""
+        if room is None and self._random.random() < VISITS and (rooms := self._rooms()):
+            chosen = rooms[int(self._random.integers(len(rooms)))]
+            inside = self._walkways.room_point(self._random, chosen, RADIUS + MARGIN)
+            if inside is not None:
+                return inside
+        return self._walkways.random_point(self._random, RADIUS + MARGIN)
 
     def _walk(self, person: Person, ahead: float, minded: Sequence[Disc], seconds: float) -> None:
         x, y = person.way[0]
