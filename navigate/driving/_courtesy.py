@@ -39,6 +39,10 @@ PASSING_SPEED = 0.3
 PASSING_WITHIN = 1.1
 """Metres from the robot's centre within which somebody is passed slowly."""
 
+CREEP_SPEED, CREEP_WITHIN = 0.1, 0.8
+"""Metres per second at which the robot may touch somebody, and metres from its centre within which
+those who walk there may be met before the sonars tell."""
+
 LET_GO = 0.5
 """Seconds after which a wait is over when nobody is there any more."""
 
@@ -67,8 +71,8 @@ class Courtesy:
             if x > 0.0 and abs(y) < ROBOT_RADIUS + SOCIAL and not one.stands(view.time):
                 walking = WALKING if one.certain else 0.0
                 top = min(top, approach_speed(x - ROBOT_RADIUS - KEEP_OFF, walking))
-            if one.certain and x > 0.0 and math.hypot(x, y) < PASSING_WITHIN:
-                top = min(top, PASSING_SPEED)
+            if one.certain and x > 0.0:
+                top = min(top, _beside(math.hypot(x, y), walks=not one.stands(view.time)))
         return top
 
     def _waits(self, now: float, met: list[tuple[Stranger, float, float]]) -> bool:
@@ -111,6 +115,13 @@ def approach_speed(room: float, walking: float = WALKING) -> float:
         return 0.0
     slow = STALE + walking / BRAKES
     return BRAKES * (math.sqrt(slow**2 + 2.0 * left / BRAKES) - slow)
+
+
+def _beside(away: float, *, walks: bool) -> float:
+    """The speed to pass somebody at, m/s, so many metres from the robot's centre."""
+    if walks and away < CREEP_WITHIN:
+        return CREEP_SPEED
+    return PASSING_SPEED if away < PASSING_WITHIN else math.inf
 
 
 def _seen_from(here: Point, heading: float, at: Point) -> Point:

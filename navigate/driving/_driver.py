@@ -33,6 +33,7 @@ from navigate.driving._wander import find_oneself
 from navigate.maps import Floats, Passage, Point, frame
 from navigate.messages import NavigationFailure
 from navigate.routes import (
+    Hindrances,
     Memory,
     NoRouteError,
     Planner,
@@ -220,17 +221,23 @@ class Driver:
         return way_through(floor.spaces[step.space], start, step.to, mouths)
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
-        met = drive.troubles[-1] if drive.troubles else None
-        for way_is_free in (False, True):
-            outlook = self._memory.outlook(view.time, way_is_free=way_is_free)
+        """A way to the goal; for want of a free one, one through what was found blocked before.
+
+        Raises:
+            GoalFailedError: the map has none, or all lead through what this drive found shut.
+        """
+        shut = frozenset(met.door for met in drive.troubles if isinstance(met, DoorShut))
+        outlook = self._memory.outlook
+        for hindrances in (
+            outlook(view.time),
+            outlook(view.time, way_is_free=True),
+            Hindrances(shut),
+        ):
             try:
-                return self._planner.plan(view.at, drive.goal, outlook)
+                return self._planner.plan(view.at, drive.goal, hindrances)
             except NoRouteError as error:
                 why = error
-        if isinstance(met, DoorShut | WayBlocked):
-            text = f"{met}, and there is no other way"
-            raise GoalFailedError(LIMITS[type(met)][1], text, by_trouble=True)
-        raise GoalFailedError(NavigationFailure.NO_ROUTE, str(why))
+        raise _no_way(drive, why)
 
     def _has_way_round(self, drive: Drive, view: View) -> bool:
         try:
@@ -267,6 +274,15 @@ def _go(view: View, way: Way, drive: Drive, *, behind_door: bool) -> Manoeuvre[V
     if not ends:
         tolerance = 0.3
     return (yield from follow(view, way, drive.courtesy, tolerance=tolerance, ends=ends))
+
+
+def _no_way(drive: Drive, why: NoRouteError) -> GoalFailedError:
+    """What to say where no way is left: what this drive met, or that the map has none."""
+    for met in reversed(drive.troubles):
+        if isinstance(met, DoorShut | WayBlocked):
+            text, last = f"{met}, and there is no other way", met is drive.troubles[-1]
+            return GoalFailedError(LIMITS[type(met)][1], text, by_trouble=last)
+    return GoalFailedError(NavigationFailure.NO_ROUTE, str(why))
 
 
 def _check(view: View) -> None:

@@ -49,23 +49,35 @@ def test_a_shut_door_is_waited_for_then_reported_and_remembered():
     assert 40.0 < report.seconds < 120.0
     assert report.door == "r-5303"
     assert loop.world.truth().bumps == 0
-    again = loop.start("r-5303")
-    assert again.done
-    assert again.failure.reason is NavigationFailure.NO_ROUTE
+    again = loop.drive("r-5303")
+    assert again.failure.reason is NavigationFailure.DOOR_BLOCKED
+    assert again.recoveries == 0
     loop.world.set_door("r-5303", is_open=True)
-    loop.rest(230)
     assert loop.drive("r-5303").failure is None
     assert loop.off("r-5303") < 0.25
 
 
-def test_a_door_that_is_told_to_be_open_again_is_gone_through_at_once():
+def test_shut_in_it_looks_at_the_door_again_on_each_drive():
     loop = Loop(seed=1)
+    loop.drive("r-5303")
     loop.world.set_door("r-5303", is_open=False)
-    assert loop.drive("r-5303").failure is not None
+    for room in ("r-5305", "r-5302"):
+        drive = loop.drive(room)
+        assert drive.failure.reason is NavigationFailure.DOOR_BLOCKED
+        assert "d-5303" in drive.failure.text
+        assert loop.navigator.report(drive).seconds > 40.0
     loop.world.set_door("r-5303", is_open=True)
-    assert loop.start("r-5303").failure.reason is NavigationFailure.NO_ROUTE
-    loop.navigator.hear_opened("r-5303")
-    assert loop.drive("r-5303").failure is None
+    assert loop.drive("r-5305").failure is None
+
+
+def test_a_door_that_is_told_to_be_open_again_is_not_driven_round():
+    loop = Loop()
+    navigator, now = loop.navigator, loop.sensors.time
+    navigator.memory.shut("d-5303", now)
+    navigator.hear_opened("r-5302")
+    assert navigator.memory.believed(now).doors == {"d-5303"}
+    navigator.hear_opened("r-5303")
+    assert not navigator.memory.believed(now).doors
 
 
 def test_a_door_that_opens_in_time_is_passed():

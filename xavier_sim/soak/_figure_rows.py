@@ -33,6 +33,7 @@ def _cells(figures: Figures) -> dict[str, str]:
         "false arrivals": str(figures.false_arrivals),
         "bumps": str(figures.bumps),
         "people run into above 0.1 m/s": str(figures.people_hit),
+        "people who walked into the robot": str(figures.walked_into),
         "recoveries per km": f"{figures.recoveries_per_km:.2f}",
         "rescues by people": str(figures.rescues),
         "median speed of a job, m/s": _shown(figures.median_speed),

@@ -39,7 +39,8 @@ class Job(BaseModel):
     ``reason`` is None for a reported arrival, ``off`` then the metres from the place of the room;
     ``x`` and ``y`` is where the robot really was at the end. ``mean_off`` and ``worst_off`` are the
     mean and the greatest distance between belief and truth on the way. ``people_hit`` counts
-    contacts in which the robot came towards somebody faster than 0.1 m/s.
+    contacts in which the robot came towards somebody faster than 0.1 m/s, ``walked_into`` those in
+    which it did not: somebody came to it. ``bumps`` are all contacts.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -61,6 +62,7 @@ class Job(BaseModel):
     recoveries: int
     bumps: int
     people_hit: int = 0
+    walked_into: int = 0
 
     @property
     def arrived(self) -> bool:

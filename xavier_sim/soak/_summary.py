@@ -43,11 +43,13 @@ class Figures(BaseModel):
     ``reasons``: those that the navigator gave, and ``elsewhere`` for false arrivals.
     ``reachable`` are jobs to which the doors left a way at all times, right when completed;
     ``unreachable`` those to which they left none, right when given up for that; ``changing`` the
-    rest, right either way. ``people_hit`` counts contacts in which the robot came towards somebody
-    faster than 0.1 m/s. Times are simulated seconds but for ``wall_seconds`` and
-    ``cpu_seconds``; ``real_time_factor`` is by the wall, ``cpu_time_factor`` by processor time.
-    Distances are metres, speeds metres per second, memory megabytes at its peak. Where there are
-    several the times are added up, as if one had come after the other.
+    rest, right either way. ``bumps`` are all contacts; ``people_hit`` those in which the robot came
+    towards somebody faster than 0.1 m/s, ``walked_into`` those in which somebody came to it.
+
+    Times are simulated seconds but for ``wall_seconds`` and ``cpu_seconds``; ``real_time_factor``
+    is by the wall, ``cpu_time_factor`` by processor time. Distances are metres, speeds metres per
+    second, memory megabytes at its peak. Where there are several the times are added up, as if one
+    had come after the other.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -67,6 +69,7 @@ class Figures(BaseModel):
     unreachable: Rate
     changing: Rate
     people_hit: int
+    walked_into: int
     rescues: int
     door_moves: int
     median_speed: float | None
@@ -136,6 +139,7 @@ def _figures(tally: Tally, seconds: float, cost: Cost) -> Figures:
         unreachable=_rate(jobs, Way.SHUT),
         changing=_rate(jobs, Way.CHANGING),
         people_hit=sum(job.people_hit for job in jobs),
+        walked_into=sum(job.walked_into for job in jobs),
         rescues=tally.rescues,
         door_moves=tally.door_moves,
         median_speed=median_speed(jobs),

@@ -52,6 +52,11 @@ class Seen(Protocol):
         ...
 
     @property
+    def people_touched(self) -> int:
+        """Contacts with people."""
+        ...
+
+    @property
     def people_hit(self) -> int:
         """Contacts in which it came towards somebody faster than 0.1 m/s."""
         ...
@@ -118,6 +123,7 @@ class Watch:
             seen: the robot where it stands.
         """
         before = self._before
+        hit = seen.people_hit - before.people_hit
         return Job(
             number=self._number,
             began=round(before.tick * TICK, 1),
@@ -135,7 +141,8 @@ class Watch:
             confidence=round(report.position.confidence, 4),
             recoveries=report.recoveries,
             bumps=seen.bumps - before.bumps,
-            people_hit=seen.people_hit - before.people_hit,
+            people_hit=hit,
+            walked_into=seen.people_touched - before.people_touched - hit,
         )
 
     def _way(self) -> Way:
