@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from navigate.body import RING_RADIUS, ROBOT_RADIUS, wrap
+from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._turning import turn_rate
@@ -17,6 +18,9 @@ from navigate.maps import Passage
 
 DOOR_PATIENCE = 40.0
 """Simulated seconds that the robot waits before a shut door."""
+
+COMPANY_PATIENCE = 65.0
+"""The same for somebody who stands in the way to or from it, and will not stay there for ever."""
 
 BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
@@ -129,7 +133,7 @@ def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:
             checked = True
             if abs(left) > (1.4 if last else 1.0) * LINED_UP:
                 return view
-        if view.ranges[0] < CLEAR and ahead < BEYOND - 0.2:
+        if ahead < BEYOND - 0.2 and _hindered(view, frame):
             view = yield from _await_clear(view, frame)
             since = view.time
         else:
@@ -151,14 +155,19 @@ def _steer(ahead: float, left: float, turned: float) -> Wheels:
 
 
 def _await_clear(view: View, frame: DoorFrame) -> Manoeuvre[View]:
-    """Something is right ahead: stop, and give it the time that a shut door gets."""
+    """Somebody is in the way: stop, and give them the time to leave it."""
     began = view.time
-    while view.ranges[0] < CLEAR:
-        if view.time - began > DOOR_PATIENCE:
+    while _hindered(view, frame):
+        if view.time - began > COMPANY_PATIENCE:
             view = yield from _retreat(view, frame)
             raise DoorShut(frame.door.name, view.time - began)
         view = yield STOP
     return view
+
+
+def _hindered(view: View, frame: DoorFrame) -> bool:
+    """Whether something is right ahead, or in the way of one side of the robot."""
+    return bool(view.ranges[0] < CLEAR) or stands_in_way(frame.locate(view.odom), view.ranges)
 
 
 def _retreat(view: View, frame: DoorFrame, *, aside: float = 0.0) -> Manoeuvre[View]:

@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from navigate.body import RING_RADIUS
 from navigate.driving import View
+from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorsight import look_at_door
 from navigate.maps import Floor, load_plan
@@ -79,3 +81,28 @@ def test_dead_reckoning_makes_the_frame_of_a_door_doubtful():
     before = frame.doubt
     frame.measure(View(0.1, (0.5, 0.0, 1.0), (0.5, 0.0, 1.0), SILENT, 0, 0, np.zeros((0, 2))))
     assert frame.doubt > before
+
+
+def heard(*seen: tuple[int, float]) -> np.ndarray:
+    ranges = np.full(24, np.inf)
+    for number, metres in seen:
+        ranges[number] = metres
+    return ranges
+
+
+def test_who_stands_beside_the_way_to_a_door_is_in_it():
+    beside = heard((22, 0.3), (23, 0.35))
+    assert stands_in_way((-0.9, 0.0, 0.0), beside)
+    assert not stands_in_way((-0.9, -0.3, 0.0), beside)
+    assert not stands_in_way((-0.9, 0.0, 0.0), heard((22, 0.3)))
+    assert not stands_in_way((-0.9, 0.0, 0.0), heard((22, 0.7), (23, 0.7)))
+
+
+def test_jambs_are_in_nobodys_way():
+    for ahead in (-0.8, -0.5, -0.3):
+        tips = [(math.hypot(ahead, HALF), math.atan2(side * HALF, -ahead)) for side in (-1, 1)]
+        ring = heard(
+            *((round(angle / math.radians(15.0)) % 24, away - RING_RADIUS) for away, angle in tips)
+        )
+        assert np.isfinite(ring).sum() == 2
+        assert not stands_in_way((ahead, 0.0, 0.0), ring)
