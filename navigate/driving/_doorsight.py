@@ -27,6 +27,12 @@ LEAST_AHEAD = 0.1
 MOST_SEEN = STRIPER_FARTHEST - 0.5
 """Metres within which a beam would see the wall if it was there."""
 
+BESIDE, LEAST_COSINE = 0.9, 0.4
+"""Metres from the middle, and cosine of the angle, up to which a beam is taken to meet this wall.
+
+Farther off, or grazing, it may meet the next one, which looks much the same then.
+"""
+
 EVERY = 5
 """One point of the wall in so many is told: neighbours tell the same."""
 
@@ -61,10 +67,10 @@ def look_at_door(robot: tuple[float, float, float], ranges: Floats) -> DoorSight
     if ahead > -LEAST_AHEAD:
         return DoorSight(np.zeros((0, 2)), [], [])
     expected = np.where(cos > 0.0, -ahead / np.maximum(cos, 1e-3), 1e3)
-    should = expected < MOST_SEEN
+    crossing = left + expected * sin
+    should = (expected < MOST_SEEN) & (cos > LEAST_COSINE) & (np.abs(crossing) < BESIDE)
     meets = should & (np.abs(ranges - expected) * cos < OFF_WALL)
     passes = should & (ranges > expected + BEYOND)
-    crossing = left + expected * sin
     wall = np.flatnonzero(meets)[::EVERY]
     seen = ranges[wall]
     points = np.column_stack([ahead + seen * cos[wall], left + seen * sin[wall]])

@@ -71,7 +71,7 @@ def test_turning_to_a_door_measures_it_whatever_map_and_position_say():
             frame.measure(view)
         ahead, left, error = frame.locate((*at, facing))
         assert (ahead, left) == pytest.approx((-1.2, 0.0), abs=0.03)
-        assert abs(error) < 0.02
+        assert abs(error) < 0.03
         assert frame.doubt < 0.04
 
 
@@ -106,3 +106,13 @@ def test_jambs_are_in_nobodys_way():
         )
         assert np.isfinite(ring).sum() == 2
         assert not stands_in_way((ahead, 0.0, 0.0), ring)
+
+
+def test_the_wall_round_the_corner_is_not_taken_for_that_of_the_door():
+    corner, turned = 1.1, 1.2
+    x, y = -0.7 + STRIPER_AHEAD * math.cos(turned), STRIPER_AHEAD * math.sin(turned)
+    looks = turned + BEAMS
+    ranges = np.minimum(-x / np.cos(looks).clip(1e-6), (corner - y) / np.sin(looks))
+    assert len(look_at_door((-0.7, 0.0, turned), ranges).wall) == 0
+    askew = look_at_door((-0.7, 0.0, turned - 0.08), ranges)
+    assert len(askew.wall) == 0
