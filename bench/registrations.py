@@ -203,8 +203,15 @@ async def start_crowds(
     for place in range(processes):
         first, after = (count * bound // processes for bound in (place, place + 1))
         arguments = (__file__, "--crowd", endpoint, *map(str, (first, after - first, count + 2)))
-        pipe = asyncio.subprocess.PIPE
-        child = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe)
+        # A session that loses its link keeps one of Zenoh's receiving threads waiting, and with
+        # only two of them all sessions of a process would soon have lost theirs.
+        runtime = f"(rx: (worker_threads: {after - first + 2}))"
+        child = await asyncio.create_subprocess_exec(
+            sys.executable,
+            *arguments,
+            stdout=asyncio.subprocess.PIPE,
+            env={**os.environ, "ZENOH_RUNTIME": runtime},
+        )
         stack.push_async_callback(_end, child)
         started.append(child)
     return started
