@@ -175,8 +175,9 @@ async def test_errands_that_are_broken_off_are_so_at_the_same_tick(tmp_path):
     assert ended["c"][0] is RequestState.COMPLETED
 
 
+@pytest.mark.timeout(900)
 async def test_the_command_plays_a_day_twice_and_it_is_the_same():
-    words = ("day", "--twice", "--requests", "4", "--users", "3", "--hours", "0.1", "--json")
+    words = ("day", "--twice", "--requests", "2", "--users", "2", "--hours", "0.1", "--json")
     child = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "rogue", *words, stdout=PIPE, stderr=PIPE
     )
