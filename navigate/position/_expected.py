@@ -97,12 +97,24 @@ class ExpectedRanges:
         middles = (np.arange(TILE) + 0.5) * CELL
         xs = self._origin[0] + column * CELL + middles
         ys = self._origin[1] + row * CELL + middles
+        shape = (TILE, TILE, DIRECTIONS)
+        codes = self.panorama(xs, ys).reshape(shape)
+        self._table[column : column + TILE, row : row + TILE] = codes
+        self.filled += 1
+
+    def panorama(self, xs: Floats, ys: Floats) -> Codes:
+        """What cones in all directions read from the points of a small grid, past the table.
+
+        Args:
+            xs: metres, shape (n,), ascending.
+            ys: metres, shape (m,), ascending.
+
+        Returns:
+            Codes (n * m, DIRECTIONS), x major.
+        """
         open_doors = self._walls.ranges(xs, ys)
         shut_doors = np.minimum(open_doors, self._doors.ranges(xs, ys))
-        codes = _codes(_cones(open_doors)) | _codes(_cones(shut_doors)) << SHUT_BITS
-        shape = (TILE, TILE, DIRECTIONS)
-        self._table[column : column + TILE, row : row + TILE] = codes.reshape(shape)
-        self.filled += 1
+        return np.asarray(_codes(_cones(open_doors)) | _codes(_cones(shut_doors)) << SHUT_BITS)
 
 
 def direction_of(angle: Floats) -> Indices:

@@ -127,9 +127,9 @@ class Localizer(Freezable, Protocol):
     def fit(self, pose: Pose, ranges: Floats) -> float:
         """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
 
-    def recover(self, ranges: Floats, *, radius: float) -> bool:
+    def recover(self, ranges: Floats, *, radius: float) -> None:
         """Look for the robot within ``radius`` metres of the estimate, by a ring of readings.
 
-        Returns:
-            Whether there is a pose that fits well enough to go on with.
+        That may take some ticks. A pose that fits well enough to go on with is taken in, and the
+        robot is no longer `lost`.
         """

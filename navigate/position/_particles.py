@@ -154,15 +154,11 @@ class ParticleFilter:
         """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
         return self._sonar.fit(pose, ranges)
 
-    def recover(self, ranges: Floats, *, radius: float) -> bool:
-        """Search poses within ``radius`` metres for those that fit the whole ring of readings.
-
-        Returns:
-            Whether the best of them fit well enough to go on with.
-        """
+    def recover(self, ranges: Floats, *, radius: float) -> None:
+        """Search poses within ``radius`` metres for those that fit the whole ring of readings."""
         heard = np.flatnonzero(np.isfinite(ranges))
         if len(heard) == 0:
-            return False
+            return
         self._scatter(radius, count=8 * self._count)
         weights = self._sonar.log_likelihood(self._x, self._y, self._theta, ranges[heard], heard)
         self._weights = weights - weights.max()
@@ -171,7 +167,6 @@ class ParticleFilter:
         fits = self.fit(self._estimate.pose, ranges)
         found = fits >= FOUND_AGREEMENT and self._estimate.deviation < LOST_DEVIATION
         self.agreement = fits if found else 0.0
-        return found
 
     def _set_all(self, x: float, y: float, theta: float) -> None:
         self._x: Floats = np.full(self._count, x)

@@ -26,6 +26,8 @@ from navigate.body import (
     fresh_sonars,
     look_aside,
     look_front,
+    motion_between,
+    moved,
 )
 from navigate.maps import Floats, Floor, Point
 from navigate.position._beacons import BeaconTracker
@@ -33,7 +35,7 @@ from navigate.position._localizer import NO_BEAMS, Belief, Estimate
 from navigate.position._markov_belief import MarkovBelief
 from navigate.position._policy import Choice, Picking, Policy
 from navigate.position._readings import Readings, seen_from
-from navigate.position._search import search
+from navigate.position._search import Found, Search
 from navigate.position._sonar_model import SonarModel
 
 BATCH = 24
@@ -93,7 +95,7 @@ class PomdpLocalizer:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "agreement", "markov", "_tracker", "_reports", "_readings", "_grid",
-        "_support", "_rivalled",
+        "_support", "_rivalled", "_search", "_asked_at",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, known: bool = True) -> None:
@@ -103,6 +105,8 @@ class PomdpLocalizer:
         self._reports = MotionReports()
         self._readings = Readings()
         self._grid = LocalGrid()
+        self._search = Search(self._sonar.expected)
+        self._asked_at: Pose = (0.0, 0.0, 0.0)
         self.agreement, self._support, self._rivalled = 1.0, 1.0, False
         start = floor.plan.start
         self.place((start.x, start.y, floor.plan.start_heading))
@@ -151,6 +155,7 @@ class PomdpLocalizer:
         self._tracker.place(pose, spread=spread, turn_spread=turn_spread)
         self._reports.begin(pose[2])
         self._readings.clear()
+        self._search.stop()
         self._grid.clear()
         self.markov.know(pose, spread=spread, turn_spread=turn_spread)
         self.agreement = 1.0
@@ -179,6 +184,8 @@ class PomdpLocalizer:
             self._read(still=still)
         if self._readings.count >= MOST_READINGS:
             self._enter()
+        if (found := self._search.go_on()) is not None:
+            self._take(found, ranges)
 
     def _read(self, *, still: bool) -> None:
         """Track by what was heard since the last time."""
@@ -223,26 +230,36 @@ class PomdpLocalizer:
         """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
         return self._sonar.fit(pose, ranges)
 
-    def recover(self, ranges: Floats, *, radius: float) -> bool:
-        """Look for a pose that fits a ring of readings, in likely cells or near the estimate."""
+    def recover(self, ranges: Floats, *, radius: float) -> None:
+        """Begin to look for a pose that fits a ring of readings, unless that is under way.
+
+        It is looked for in likely cells and within ``radius`` metres of the estimate.
+        """
+        if self._search.busy:
+            return
         middles, mass = self.markov.suspects(
             self._tracker.pose[:2], within=radius, astray=ASTRAY, most=STATES
         )
         if mass.sum() < COVERED:
-            return False
+            return
         middles[:, 2] += self._reports.turned
-        found = search(self._sonar, middles, mass, ranges)
-        if found is None or found.share < FOUND_SHARE:
-            return False
-        fits = self._sonar.fit(found.pose, ranges)
+        self._asked_at = self._reports.pose
+        self._search.begin(middles, mass, ranges)
+
+    def _take(self, found: Found, ranges: Floats) -> None:
+        """Take the pose that was found, and moved from since, if the robot is still lost."""
+        pose = moved(found.pose, motion_between(self._asked_at, self._reports.pose))
+        if not self.lost or found.share < FOUND_SHARE:
+            return
+        fits = self._sonar.fit(pose, ranges)
         if fits < FOUND_AGREEMENT:
-            return False
-        self._tracker.place(found.pose, spread=0.15, turn_spread=0.1)
-        self.markov.know(found.pose, share=FOUND_MASS)
+            return
+        self._tracker.place(pose, spread=0.15, turn_spread=0.1)
+        self._readings.latest()
+        self.markov.know(pose, share=FOUND_MASS)
         self.agreement = fits
         self._align()
         self._weigh()
-        return not self.lost
 
     def _align(self) -> None:
         """Tell the axis of the walls by the tracker, or by the walls while that is lost."""

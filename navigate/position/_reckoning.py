@@ -77,7 +77,5 @@ class DeadReckoning:
         """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""
         return self._sonar.fit(pose, ranges)
 
-    def recover(self, ranges: Floats, *, radius: float) -> bool:
+    def recover(self, ranges: Floats, *, radius: float) -> None:
         """Find nothing."""
-        del ranges, radius
-        return False

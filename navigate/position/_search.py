@@ -2,23 +2,27 @@
 
 In two steps, since the likelihood of a ring of readings has peaks a hand's breadth wide: poses on
 a coarse grid in every likely cell, then on a fine one around the best of the best cells. What is
-found counts only if it stands out among all cells that were looked at.
+found counts only if it stands out among all cells that were looked at. A search takes some ticks,
+a few cells at each, so that none is held up.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from navigate.body import Pose
+from navigate.body import BEARINGS, RING_RADIUS, Pose
 from navigate.maps import Floats
-from navigate.position._sonar_model import SonarModel
+from navigate.position._expected import Codes, ExpectedRanges, Indices, direction_of
+from navigate.position._sonar_model import log_likelihood
 
 FINALISTS = 48
 """Cells that are looked at again on the fine grid."""
+
+COARSE_CELLS, FINE_CELLS = 16, 6
+"""Cells that are looked at in a tick."""
 
 TEMPER = 0.35
 """Exponent of the likelihood of a whole ring: its readings err together."""
@@ -37,50 +41,119 @@ class Found(NamedTuple):
     share: float
 
 
-def _offsets(reach: float, steps: int, turn: float, turns: int) -> Floats:
-    along, look = np.linspace(-reach, reach, steps), np.linspace(-turn, turn, turns)
-    grid = np.meshgrid(along, along, look, indexing="ij")
-    return np.stack([part.ravel() for part in grid], axis=1)
+class _Grid(NamedTuple):
+    """Poses around the middle of a cell: metres along either axis, and turns in radians."""
+
+    along: Floats
+    turns: Floats
 
 
-_COARSE = _offsets(0.4, 3, 0.1, 2)
-_FINE = _offsets(0.2, 5, 0.08, 3)
+_COARSE = _Grid(np.linspace(-0.4, 0.4, 3), np.array([-0.1, 0.1]))
+_FINE = _Grid(np.linspace(-0.2, 0.2, 5), np.array([-0.08, 0.0, 0.08]))
 
 
-def search(sonar: SonarModel, middles: Floats, mass: Floats, ranges: Floats) -> Found | None:
-    """The pose in or around n cells at which a ring of readings would be heard.
+class Search:
+    """A search that goes on a little at each tick, or none."""
 
-    Args:
-        sonar: how probable readings are.
-        middles: poses (n, 3) in the middles of the cells.
-        mass: how probable each cell is without the readings, shape (n,).
-        ranges: the 24 readings; None is found where none of them is an echo.
-    """
-    heard = np.flatnonzero(np.isfinite(ranges))
-    if len(heard) == 0 or len(middles) == 0:
-        return None
-    readings = ranges[heard]
-    poses, fits = _best(sonar, middles, _COARSE, readings, heard)
-    weights = TEMPER * fits + np.log(mass)
-    best = np.argsort(-weights, kind="stable")[:FINALISTS]
-    poses, fits = _best(sonar, poses[best], _FINE, readings, heard)
-    weights = TEMPER * fits + np.log(mass[best])
-    shares = np.exp(weights - weights.max())
-    winner = poses[int(shares.argmax())]
-    near = np.hypot(poses[:, 0] - winner[0], poses[:, 1] - winner[1]) < SAME
-    near &= np.cos(poses[:, 2] - winner[2]) > LOOKS_ALIKE
-    x, y, theta = winner.tolist()
-    pose = (x, y, math.remainder(theta, 2.0 * math.pi))
-    return Found(pose, float(shares[near].sum() / shares.sum()))
+    STATE: ClassVar[tuple[str, ...]] = (
+        "_cells", "_priors", "_ranges", "_fits", "_done", "_fine",
+    )  # fmt: skip
+
+    def __init__(self, expected: ExpectedRanges) -> None:
+        self._expected = expected
+        self.stop()
+
+    def stop(self) -> None:
+        """Look no more."""
+        self._cells: Floats = np.empty((0, 3))
+        self._priors: Floats = np.empty(0)
+        self._fits: Floats = np.empty(0)
+        self._ranges: Floats = np.empty(0)
+        self._done, self._fine = 0, False
+
+    @property
+    def busy(self) -> bool:
+        """Whether a search goes on."""
+        return self._done < len(self._cells)
+
+    def begin(self, middles: Floats, mass: Floats, ranges: Floats) -> None:
+        """Look for the pose in or around n cells at which a ring of readings would be heard.
+
+        Args:
+            middles: poses (n, 3) in the middles of the cells.
+            mass: how probable each cell is without the readings, shape (n,).
+            ranges: the 24 readings; nothing is found where none of them is an echo.
+        """
+        self.stop()
+        if not np.isfinite(ranges).any():
+            return
+        nearby = np.lexsort((middles[:, 1], middles[:, 0]))
+        self._cells, self._priors = middles[nearby].copy(), np.log(mass[nearby])
+        self._ranges, self._fits = ranges, np.zeros(len(middles))
+
+    def go_on(self) -> Found | None:
+        """Look at some more cells; what was found, once that was the last of them."""
+        if not self.busy:
+            return None
+        count = FINE_CELLS if self._fine else COARSE_CELLS
+        part = slice(self._done, self._done + count)
+        poses, fits = self._best(self._cells[part], _FINE if self._fine else _COARSE)
+        self._cells[part], self._fits[part] = poses, fits
+        self._done += count
+        if self.busy:
+            return None
+        return self._finish() if self._fine else self._refine()
+
+    def _refine(self) -> None:
+        """Go on with the best cells, on the fine grid."""
+        weights = TEMPER * self._fits + self._priors
+        best = np.sort(np.argsort(-weights, kind="stable")[:FINALISTS])
+        self._cells, self._priors = self._cells[best], self._priors[best]
+        self._fits = np.zeros(len(best))
+        self._done, self._fine = 0, True
+
+    def _finish(self) -> Found:
+        poses, weights = self._cells, TEMPER * self._fits + self._priors
+        self.stop()
+        shares = np.exp(weights - weights.max())
+        winner = poses[int(shares.argmax())]
+        near = np.hypot(poses[:, 0] - winner[0], poses[:, 1] - winner[1]) < SAME
+        near &= np.cos(poses[:, 2] - winner[2]) > LOOKS_ALIKE
+        x, y, theta = winner.tolist()
+        pose = (x, y, math.remainder(theta, 2.0 * math.pi))
+        return Found(pose, float(shares[near].sum() / shares.sum()))
+
+    def _best(self, cells: Floats, grid: _Grid) -> tuple[Floats, Floats]:
+        """The best poses around n cells, shape (n, 3), and their log likelihoods, shape (n,)."""
+        heard = np.flatnonzero(np.isfinite(self._ranges))
+        # What a sonar hears is taken for what would be heard from the robot's middle, farther off.
+        readings = self._ranges[heard] + RING_RADIUS
+        turned = cells[:, 2, None] + grid.turns
+        looks = direction_of(turned[:, :, None] + BEARINGS[heard])
+        around = _panoramas(self._expected, cells, grid)
+        spots = np.arange(around.shape[1])
+        rows = np.arange(len(cells))[:, None, None, None]
+        codes = around[rows, spots[:, None, None], looks[:, None]]
+        fits = log_likelihood(readings, codes.reshape(-1, len(heard)).T)
+        fits = fits.reshape(len(cells), len(spots), len(grid.turns))
+        return _winners(fits, cells, turned, grid)
 
 
-def _best(
-    sonar: SonarModel, middles: Floats, offsets: Floats, readings: Floats, sonars: NDArray[np.intp]
-) -> tuple[Floats, Floats]:
-    """The best pose around each of n middles, shape (n, 3), and its log likelihood, shape (n,)."""
-    poses = middles[:, None] + offsets
-    x, y, theta = poses.reshape(-1, 3).T
-    fits = sonar.log_likelihood(x, y, theta, readings, sonars).reshape(len(middles), -1)
-    best = fits.argmax(axis=1)
-    rows = np.arange(len(middles))
-    return poses[rows, best], fits[rows, best]
+def _panoramas(expected: ExpectedRanges, cells: Floats, grid: _Grid) -> Codes:
+    """What is to be heard in all directions from the points of a grid: (n, points, directions)."""
+    seen: dict[tuple[float, float], Codes] = {}
+    for x, y in cells[:, :2].tolist():
+        if (x, y) not in seen:
+            seen[x, y] = expected.panorama(x + grid.along, y + grid.along)
+    return np.stack([seen[x, y] for x, y in cells[:, :2].tolist()])
+
+
+def _winners(fits: Floats, cells: Floats, turned: Floats, grid: _Grid) -> tuple[Floats, Floats]:
+    """The poses of the best fits (n, points, turns), and those fits."""
+    flat = fits.reshape(len(cells), -1)
+    best: Indices = flat.argmax(axis=1)
+    spot, turn = np.divmod(best, len(grid.turns))
+    across, along = np.divmod(spot, len(grid.along))
+    rows = np.arange(len(cells))
+    x, y = cells[:, 0] + grid.along[across], cells[:, 1] + grid.along[along]
+    return np.column_stack([x, y, turned[rows, turn]]), flat[rows, best]

@@ -52,7 +52,7 @@ class SonarModel:
     """The readings to expect on one floor; the table behind it fills as it is used."""
 
     def __init__(self, floor: Floor) -> None:
-        self._expected = ExpectedRanges(floor)
+        self.expected = ExpectedRanges(floor)
 
     def expect(self, x: Floats, y: Floats, theta: Floats, sonars: Indices) -> Codes:
         """What k sonars, by number, of n poses should read: codes (k, n)."""
@@ -64,7 +64,7 @@ class SonarModel:
         mount_x += x
         mount_y += cos * left
         mount_y += y
-        return self._expected.codes(mount_x, mount_y, look)
+        return self.expected.codes(mount_x, mount_y, look)
 
     def log_likelihood(
         self, x: Floats, y: Floats, theta: Floats, ranges: Floats, sonars: Indices

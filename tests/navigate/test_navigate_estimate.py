@@ -111,7 +111,9 @@ def test_it_notices_that_it_is_lost_and_finds_itself():
         if estimator.lost:
             break
     assert estimator.lost
-    assert any(estimator.recover(readings, radius=4.0) for _ in range(5))
+    for _ in range(5):
+        if estimator.lost:
+            estimator.recover(readings, radius=4.0)
     here = estimator.estimate
     assert math.dist((here.x, here.y), truth[:2]) < 0.3
     assert not estimator.lost

@@ -16,9 +16,9 @@ from navigate.freezing import freeze, thaw
 from navigate.navigator import Navigator
 from navigate.position import Directive, PomdpLocalizer
 from navigate.position._beacons import BeaconTracker
+from navigate.position._expected import ExpectedRanges
 from navigate.position._readings import MOUNTS, Readings, seen_from
-from navigate.position._search import search
-from navigate.position._sonar_model import SonarModel
+from navigate.position._search import Search
 from navigate.position._walls_met import nearest_points
 from xavier_sim.messages import Sensors
 
@@ -158,7 +158,9 @@ def test_readings_that_contradict_make_it_lost_and_a_ring_finds_it_again(localiz
         if localizer.lost:
             break
     assert localizer.lost
-    assert localizer.recover(readings, radius=6.0)
+    localizer.recover(readings, radius=6.0)
+    for _ in range(100):
+        localizer.sense(readings, 0, still=True)
     assert math.dist(localizer.estimate.pose[:2], truth[:2]) < 0.4
     assert not localizer.lost
 
@@ -192,17 +194,57 @@ def test_its_state_is_kept_and_gone_on_with_bit_for_bit(localizer):
     assert (again.markov.chances == localizer.markov.chances).all()
 
 
+def found(cells, readings):
+    """What a search among cells that are as probable each comes to."""
+    search = Search(ExpectedRanges(TRUE))
+    search.begin(np.array(cells), np.full(len(cells), 1.0 / len(cells)), readings)
+    result = None
+    while search.busy:
+        result = search.go_on()
+    return result
+
+
 def test_a_search_tells_how_far_the_best_pose_stands_out():
-    sonar = SonarModel(TRUE)
     readings = ring(8.6, 37.2, 0.1)
-    crossing, corridor = (8.5, 37.2, 0.0), (7.57, 48.0, 0.0)
-    cells, even = np.array([crossing, corridor]), np.array([0.5, 0.5])
-    found = search(sonar, cells, even, readings)
-    assert math.dist(found.pose[:2], (8.6, 37.2)) < 0.2
-    assert found.share > 0.8
-    twice = search(sonar, np.array([crossing, (8.5, 58.2, 0.0)]), even, readings)
-    assert twice.share < found.share
-    assert search(sonar, cells, even, np.full(24, np.inf)) is None
+    crossing, corridor, alike = (8.5, 37.2, 0.0), (7.57, 48.0, 0.0), (8.5, 58.2, 0.0)
+    once = found([crossing, corridor], readings)
+    assert math.dist(once.pose[:2], (8.6, 37.2)) < 0.2
+    assert once.share > 0.8
+    assert found([crossing, alike], readings).share < once.share
+    assert found([crossing, corridor], np.full(24, np.inf)) is None
+
+
+def test_a_search_goes_on_a_few_cells_at_a_time_and_can_be_kept_meanwhile():
+    cells = np.array([(7.57, 20.0 + number, NORTH) for number in range(40)])
+    readings = ring(7.57, 30.0, NORTH)
+    one, other = Search(ExpectedRanges(TRUE)), Search(ExpectedRanges(TRUE))
+    one.begin(cells, np.full(40, 1.0 / 40), readings)
+    assert one.go_on() is None
+    assert one.busy
+    thaw(other, json.loads(json.dumps(freeze(one))))
+    ends = []
+    for search in (one, other):
+        while search.busy:
+            end = search.go_on()
+        ends.append(end)
+    assert ends[0] == ends[1]
+    assert ends[0] is not None
+
+
+def test_a_robot_that_moved_while_it_was_looked_for_is_found_where_it_is_now(localizer):
+    localizer.place((7.57, 33.0, NORTH))
+    truth = (8.6, 37.2, 0.1)
+    readings = ring(*truth)
+    while not localizer.lost:
+        localizer.sense(readings, ALL, still=False)
+    localizer.recover(readings, radius=6.0)
+    for _ in range(10):
+        localizer.move(Motion(0.05, 0.0, 0.0))
+    now = (truth[0] + 0.5 * math.cos(0.1), truth[1] + 0.5 * math.sin(0.1), 0.1)
+    for _ in range(60):
+        localizer.sense(ring(*now), 0, still=True)
+    assert math.dist(localizer.estimate.pose[:2], now[:2]) < 0.4
+    assert not localizer.lost
 
 
 def test_suspects_are_what_is_believed_and_what_is_near(localizer):
