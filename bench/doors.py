@@ -18,7 +18,7 @@ from drives import sensors_of
 from navigate.driving import DoorTally
 from navigate.maps import Floor, Point, load_plan
 from navigate.navigator import Navigator
-from navigate.position import LocalizerName, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.profile import PROFILES
 from xavier_sim.world import World
@@ -105,7 +105,7 @@ def main() -> None:
     parser.add_argument("--rooms", type=int, help="only so many rooms")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--profile", choices=sorted(PROFILES), default="xavier")
-    parser.add_argument("--localizer", choices=get_args(LocalizerName), default="particles")
+    parser.add_argument("--localizer", choices=get_args(LocalizerName), default=DEFAULT_LOCALIZER)
     parser.add_argument("--people", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()

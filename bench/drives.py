@@ -21,7 +21,7 @@ import numpy as np
 from navigate.driving import Drive, Wheels
 from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
-from navigate.position import LocalizerName, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Sensors
 from xavier_sim.profile import PROFILES
@@ -154,7 +154,7 @@ def run(
     drives: int,
     seed: int,
     *,
-    localizer: LocalizerName = "particles",
+    localizer: LocalizerName = DEFAULT_LOCALIZER,
     shut: float = 0.0,
     profile: str = "xavier",
     people: int = 0,
@@ -183,7 +183,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--drives", type=int, default=100)
     parser.add_argument("--seed", type=int, action="append")
-    parser.add_argument("--localizer", choices=get_args(LocalizerName), default="particles")
+    parser.add_argument("--localizer", choices=get_args(LocalizerName), default=DEFAULT_LOCALIZER)
     parser.add_argument("--shut", type=float, default=0.0, help="share of other doors shut")
     parser.add_argument("--profile", choices=sorted(PROFILES), default="xavier")
     parser.add_argument("--people", type=int, default=0, help="who walk the corridors")

@@ -6,7 +6,7 @@ from typing import cast, get_args
 
 from navigate.maps import Floor
 from navigate.navigator import Navigator
-from navigate.position import LocalizerName, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
 from tca_bus import TcaError, did_you_mean
 from xavier_sim.messages import FloorPlan
 
@@ -22,7 +22,9 @@ class UnknownLocalizerError(TcaError, LookupError):
         super().__init__(f"localizer {name!r} is none of {', '.join(self.known)}.{hint}")
 
 
-def make_navigator(plan: FloorPlan, *, seed: int = 0, localizer: str = "particles") -> Navigator:
+def make_navigator(
+    plan: FloorPlan, *, seed: int = 0, localizer: str = DEFAULT_LOCALIZER
+) -> Navigator:
     """The navigator's core for a floor as it was surveyed, without a network.
 
     Raises:

@@ -29,7 +29,7 @@ from navigate.driving import (
 from navigate.freezing import freeze, thaw
 from navigate.maps import Floats, Floor, Point
 from navigate.messages import NavigationReport, Position
-from navigate.position import Confidence, Localizer, ParticleFilter
+from navigate.position import DEFAULT_LOCALIZER, Confidence, Localizer, make_localizer
 from navigate.routes import Distances, Memory, Planner
 from xavier_sim.messages import SONAR_COUNT, Sensors
 
@@ -66,8 +66,8 @@ class Navigator:
 
     Args:
         floor: the map.
-        seed: of the particle filter.
-        localizer: knows where the robot is; the particle filter, unless another is given.
+        seed: of what the localizer draws, if it draws.
+        localizer: knows where the robot is; a POMDP, unless another is given.
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
@@ -77,7 +77,7 @@ class Navigator:
 
     def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
         self.floor = floor
-        self.localizer = localizer or ParticleFilter(floor, seed=seed)
+        self.localizer = localizer or make_localizer(DEFAULT_LOCALIZER, floor, seed=seed)
         self.planner = Planner(floor)
         self.memory = Memory()
         self.perception = Perception()

@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
-from navigate.position import LocalizerName, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
 from navigate.service import NavigateService
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
@@ -21,7 +21,7 @@ async def run(
     *,
     map: Annotated[str | None, Parameter(env_var="NAVIGATE_MAP")] = None,  # noqa: A002 - the flag
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
-    localizer: LocalizerName = "particles",
+    localizer: LocalizerName = DEFAULT_LOCALIZER,
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -30,7 +30,8 @@ async def run(
     Args:
         map: Floor plan file, or the name of one that comes with the package.
         seed: Of the position estimate's random numbers, 0 or more.
-        localizer: What estimates the position: a particle filter, a POMDP, or odometry alone.
+        localizer: What estimates the position: a POMDP over the topological map, a particle filter,
+            or odometry alone.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """

@@ -1,5 +1,6 @@
 """Where the robot is: what is believed, and how surely."""
 
+from navigate.position._choice import DEFAULT as DEFAULT_LOCALIZER
 from navigate.position._choice import LocalizerName, make_localizer
 from navigate.position._confidence import Confidence
 from navigate.position._expected import ExpectedRanges
@@ -10,6 +11,7 @@ from navigate.position._pomdp import PomdpLocalizer
 from navigate.position._reckoning import DeadReckoning
 
 __all__ = [
+    "DEFAULT_LOCALIZER",
     "Belief",
     "Choice",
     "Confidence",

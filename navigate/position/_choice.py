@@ -10,7 +10,10 @@ from navigate.position._particles import ParticleFilter
 from navigate.position._pomdp import PomdpLocalizer
 from navigate.position._reckoning import DeadReckoning
 
-LocalizerName = Literal["particles", "pomdp", "odometry"]
+LocalizerName = Literal["pomdp", "particles", "odometry"]
+
+DEFAULT: LocalizerName = "pomdp"
+"""The papers' own; the others are yardsticks."""
 
 
 def make_localizer(name: LocalizerName, floor: Floor, *, seed: int = 0) -> Localizer:

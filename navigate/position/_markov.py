@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,9 +198,22 @@ def _mean(options: list[Chances]) -> Chances:
     return mean
 
 
-def _motions(hops: list[Chances]) -> list[Chances]:
+class _Flat(NamedTuple):
+    """Where motions lead: from ``start`` to ``to`` with a chance, one after the other."""
+
+    locations: int
+    start: Indices
+    to: Indices
+    chances: Floats
+
+
+def _motions(hops: list[Chances]) -> _Flat:
     """Where a motion of about a metre in one direction leads from each location."""
-    return [_motion(hops, location) for location in range(len(hops))]
+    outcomes = [_motion(hops, location) for location in range(len(hops))]
+    start = np.repeat(np.arange(len(hops)), [len(outcome) for outcome in outcomes])
+    to = np.array([at for outcome in outcomes for at in outcome], dtype=np.intp)
+    chances = np.array([chance for outcome in outcomes for chance in outcome.values()])
+    return _Flat(len(hops), start, to, chances)
 
 
 def _motion(hops: list[Chances], location: int) -> Chances:
@@ -211,18 +225,13 @@ def _motion(hops: list[Chances], location: int) -> Chances:
     return outcome
 
 
-def _moves(motions: list[list[Chances]], relative: int) -> Matrix:
+def _moves(motions: list[_Flat], relative: int) -> Matrix:
     """The transitions of all states for a motion of a metre in a direction off the heading."""
-    count = len(motions[0])
-    entries: list[tuple[int, int, float]] = []
-    for heading in range(TURNS):
-        base = heading * count
-        for location, outcome in enumerate(motions[(heading + relative) % TURNS]):
-            entries += [(base + to, base + location, chance) for to, chance in outcome.items()]
-    return _matrix(entries)
-
-
-def _matrix(entries: list[tuple[int, int, float]]) -> Matrix:
-    rows, columns, values = (np.array(part) for part in zip(*sorted(entries), strict=True))
-    begins = np.flatnonzero(np.diff(rows, prepend=-1))
-    return Matrix(begins, columns.astype(np.intp), values.astype(np.float64))
+    parts = [motions[(heading + relative) % TURNS] for heading in range(TURNS)]
+    count = parts[0].locations
+    rows = np.concatenate([part.to + heading * count for heading, part in enumerate(parts)])
+    columns = np.concatenate([part.start + heading * count for heading, part in enumerate(parts)])
+    values = np.concatenate([part.chances for part in parts])
+    order = np.lexsort((columns, rows))
+    begins = np.flatnonzero(np.diff(rows[order], prepend=-1))
+    return Matrix(begins, columns[order], values[order])
