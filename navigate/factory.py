@@ -6,31 +6,40 @@ from typing import cast, get_args
 
 from navigate.maps import Floor
 from navigate.navigator import Navigator
-from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, LocalizerName, Picking, make_localizer
 from tca_bus import TcaError, did_you_mean
 from xavier_sim.messages import FloorPlan
 
 
-class UnknownLocalizerError(TcaError, LookupError):
-    """There is no localizer of that ``name``; ``known`` are those that there are."""
+class UnknownChoiceError(TcaError, LookupError):
+    """There is no ``what``, a localizer say, of that ``name``; ``known`` are all there are."""
 
     exit_code = 2
 
-    def __init__(self, name: str) -> None:
-        self.name, self.known = name, tuple(sorted(get_args(LocalizerName)))
+    def __init__(self, what: str, name: str, known: tuple[str, ...]) -> None:
+        self.what, self.name, self.known = what, name, tuple(sorted(known))
         hint = did_you_mean(name, self.known)
-        super().__init__(f"localizer {name!r} is none of {', '.join(self.known)}.{hint}")
+        super().__init__(f"{what} {name!r} is none of {', '.join(self.known)}.{hint}")
 
 
 def make_navigator(
-    plan: FloorPlan, *, seed: int = 0, localizer: str = DEFAULT_LOCALIZER
+    plan: FloorPlan,
+    *,
+    seed: int = 0,
+    localizer: str = DEFAULT_LOCALIZER,
+    policy: str = "voting",
 ) -> Navigator:
     """The navigator's core for a floor as it was surveyed, without a network.
 
     Raises:
-        UnknownLocalizerError: there is no localizer of that name.
+        UnknownChoiceError: there is no localizer, or no policy, of that name.
     """
-    if localizer not in get_args(LocalizerName):
-        raise UnknownLocalizerError(localizer)
-    floor, name = Floor(plan), cast("LocalizerName", localizer)
-    return Navigator(floor, localizer=make_localizer(name, floor, seed=seed))
+    for what, name, known in (
+        ("localizer", localizer, get_args(LocalizerName)),
+        ("policy", policy, get_args(Picking)),
+    ):
+        if name not in known:
+            raise UnknownChoiceError(what, name, known)
+    floor, picking = Floor(plan), cast("Picking", policy)
+    chosen = make_localizer(cast("LocalizerName", localizer), floor, seed=seed, policy=picking)
+    return Navigator(floor, localizer=chosen)

@@ -313,6 +313,13 @@ class Navigator:
             self._searches += 1
             self.localizer.recover(self._ranges, radius=radius)
 
+    def _advice(self) -> float | None:
+        """Where a robot that is lost on its way had best go, as far as belief says."""
+        drive = self.driver.drive
+        if drive is None or drive.done or not self.localizer.lost:
+            return None
+        return self.localizer.way_to(drive.goal)
+
     def _view(self, sensors: Sensors) -> View:
         odom, here = self._odom or ORIGIN, self._percept
         around = self.surroundings.picture(odom, within=ECHO_RANGE)
@@ -327,6 +334,7 @@ class Navigator:
             echoes=around.spots,
             spreads=around.spreads,
             lost=self.localizer.lost,
+            advice=self._advice(),
             speed=sensors.speed,
             turn=sensors.turn_rate,
             striper=here.striper,

@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
-from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, LocalizerName, Picking, make_localizer
 from navigate.service import NavigateService
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
@@ -22,6 +22,7 @@ async def run(
     map: Annotated[str | None, Parameter(env_var="NAVIGATE_MAP")] = None,  # noqa: A002 - the flag
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     localizer: LocalizerName = DEFAULT_LOCALIZER,
+    policy: Picking = "voting",
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -32,11 +33,15 @@ async def run(
         seed: Of the position estimate's random numbers, 0 or more.
         localizer: What estimates the position: a POMDP over the topological map, a particle filter,
             or odometry alone.
+        policy: How a robot that is lost picks its way to the goal on a belief that is spread
+            out: by vote, by the most likely state, or by the least expected cost.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """
     configure_logging("navigate", level=flags.level, json=flags.json)
     floor = Floor(load_plan(map))
-    navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
+    navigator = Navigator(
+        floor, localizer=make_localizer(localizer, floor, seed=seed, policy=policy)
+    )
     kept = StateFile(data) if data else None
     await NavigateService(navigator, bus_options(flags), kept).run()

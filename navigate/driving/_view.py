@@ -44,7 +44,8 @@ class View:
     ``echoes`` are what was heard and seen around lately, shape (n, 2), metres ahead and left, and
     ``spreads`` (n,) the radians to either side within which each may be; a sonar's cone when it is
     None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the
-    ranges of its beams, metres, empty on a robot that has none.
+    ranges of its beams, metres, empty on a robot that has none. ``advice`` is where a lost
+    robot had best go, radians to the left of ahead, as far as its belief says.
     """
 
     time: float
@@ -55,6 +56,7 @@ class View:
     bump: int
     echoes: Floats
     lost: bool = False
+    advice: float | None = None
     speed: float = 0.0
     turn: float = 0.0
     striper: Floats = field(default_factory=lambda: np.empty(0))

@@ -1,6 +1,7 @@
-"""Looking for oneself: turning on the spot, then going where there is room, until found.
+"""Looking for oneself: turning on the spot, then going on, until found.
 
-What a lost robot hears at one place may be heard at many; a few metres farther on it is not.
+What a lost robot hears at one place may be heard at many; a few metres farther on it is not. It
+goes where its belief says, all in all, that the goal is nearest, or else where there is room.
 """
 
 from __future__ import annotations
@@ -9,20 +10,29 @@ import math
 
 import numpy as np
 
-from navigate.body import BEARINGS
+from navigate.body import BEARINGS, PITCH, wrap
 from navigate.driving._cvm import Window, choose
 from navigate.driving._drive import GoalFailedError
 from navigate.driving._turning import turn_by, wait
 from navigate.driving._view import Astray, Manoeuvre, View
+from navigate.maps import Floats
 from navigate.messages import NavigationFailure
 
 SEARCH_SECONDS = 75.0
+ADVISED_SECONDS = 240.0
+"""The same for a robot whose belief says where to go: it gets about, and so to the goal."""
+
 LOOK_SECONDS = 12.0
 """For how long the robot looks round before it goes somewhere else."""
 
 LOOK_TURN, STAND_SECONDS = 0.7, 1.5
 WANDER_SPEED = 0.25
 WANDER_METRES, WANDER_SECONDS = 1.5, 10.0
+ADVISED_SPEED, ADVISED_METRES = 0.4, 3.0
+"""How fast and how far it goes at a time where it is told to."""
+
+OPEN = 1.0
+"""Metres that must be free there."""
 
 
 def find_oneself(view: View) -> Manoeuvre[View]:
@@ -31,20 +41,21 @@ def find_oneself(view: View) -> Manoeuvre[View]:
     Raises:
         GoalFailedError: it was not, for `SEARCH_SECONDS`.
     """
-    until = view.time + SEARCH_SECONDS
+    began, advised = view.time, False
     while view.lost:
-        if view.time > until:
+        advised |= view.advice is not None
+        if view.time > began + (ADVISED_SECONDS if advised else SEARCH_SECONDS):
             text = f"{Astray()}, wherever it looks"
             raise GoalFailedError(NavigationFailure.LOST, text, by_trouble=True)
         view = yield from _look_round(view)
         if view.lost:
-            view = yield from _go_on(view)
+            view = yield from (_go_on(view) if view.advice is None else _go_as_told(view))
     return view
 
 
 def _look_round(view: View) -> Manoeuvre[View]:
     until = view.time + LOOK_SECONDS
-    while view.lost and view.time < until:
+    while view.lost and view.time < until and view.advice is None:
         view = yield from wait(view, STAND_SECONDS)
         if view.lost:
             view = yield from turn_by(view, LOOK_TURN)
@@ -53,11 +64,35 @@ def _look_round(view: View) -> Manoeuvre[View]:
 
 def _go_on(view: View) -> Manoeuvre[View]:
     """Turn to where there is most room, and drive there a little."""
-    ring = np.minimum(np.where(np.isfinite(view.ranges), view.ranges, 0.0), 4.0)
-    room = np.minimum(ring, np.minimum(np.roll(ring, 1), np.roll(ring, -1)))
-    view = yield from turn_by(view, float(BEARINGS[int(room.argmax())]))
+    view = yield from turn_by(view, float(BEARINGS[int(_room(view, silent=0.0).argmax())]))
+    return (yield from _go_ahead(view, WANDER_SPEED, WANDER_METRES))
+
+
+def _go_as_told(view: View) -> Manoeuvre[View]:
+    """Stand and listen, then turn as belief says and drive there, if there is room."""
+    view = yield from wait(view, STAND_SECONDS)
+    if not view.lost or view.advice is None:
+        return view
+    ways = (view.advice, 0.0, math.pi / 2, -math.pi / 2, math.pi)
+    room = _room(view, silent=4.0)
+    free = [way for way in ways if room[round(way / PITCH) % len(room)] > OPEN]
+    view = yield from turn_by(view, wrap(free[0] if free else math.pi))
+    return (yield from _go_ahead(view, ADVISED_SPEED, ADVISED_METRES))
+
+
+def _room(view: View, *, silent: float) -> Floats:
+    """Metres that are free towards each sonar and its neighbours, 4 at most.
+
+    ``silent`` is what counts where there is no echo: from far off, or glanced off a wall.
+    """
+    ring = np.minimum(np.where(np.isfinite(view.ranges), view.ranges, silent), 4.0)
+    return np.minimum(ring, np.minimum(np.roll(ring, 1), np.roll(ring, -1)))
+
+
+def _go_ahead(view: View, speed: float, metres: float) -> Manoeuvre[View]:
+    """Drive on for so many metres, or as far as there is room, round what is in the way."""
     start, until = view.odom, view.time + WANDER_SECONDS
-    while view.time < until and math.dist(start[:2], view.odom[:2]) < WANDER_METRES:
-        window = Window.around(view.speed, view.turn, WANDER_SPEED)
+    while view.lost and view.time < until and math.dist(start[:2], view.odom[:2]) < metres:
+        window = Window.around(view.speed, view.turn, speed)
         view = yield choose(view.echoes, 0.0, window).wheels
     return view

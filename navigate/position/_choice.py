@@ -7,6 +7,7 @@ from typing import Literal
 from navigate.maps import Floor
 from navigate.position._localizer import Localizer
 from navigate.position._particles import ParticleFilter
+from navigate.position._policy import Picking
 from navigate.position._pomdp import PomdpLocalizer
 from navigate.position._reckoning import DeadReckoning
 
@@ -16,10 +17,16 @@ DEFAULT: LocalizerName = "pomdp"
 """The papers' own; the others are yardsticks."""
 
 
-def make_localizer(name: LocalizerName, floor: Floor, *, seed: int = 0) -> Localizer:
-    """The localizer of that name; ``seed`` is of its random numbers, if it draws any."""
+def make_localizer(
+    name: LocalizerName, floor: Floor, *, seed: int = 0, policy: Picking = "voting"
+) -> Localizer:
+    """The localizer of that name.
+
+    ``seed`` is of its random numbers, if it draws any; ``policy`` picks what a lost robot is
+    advised to do, if it gives advice.
+    """
     if name == "odometry":
         return DeadReckoning(floor)
     if name == "pomdp":
-        return PomdpLocalizer(floor)
+        return PomdpLocalizer(floor, picking=policy)
     return ParticleFilter(floor, seed=seed)

@@ -133,3 +133,9 @@ class Localizer(Freezable, Protocol):
         That may take some ticks. A pose that fits well enough to go on with is taken in, and the
         robot is no longer `lost`.
         """
+
+    def way_to(self, goal: Point) -> float | None:
+        """Which way to go to a point in metres while lost, radians to the left of ahead.
+
+        None where belief says nothing about that, or nothing yet.
+        """

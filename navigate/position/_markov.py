@@ -88,6 +88,7 @@ class MarkovModel:
         self.hops = [self._hops(heading) for heading in range(TURNS)]
         motions = [_motions(hops) for hops in self.hops]
         self._moves = [_moves(motions, relative) for relative in range(TURNS)]
+        self._leads = _leads(self.hops)
 
     @property
     def size(self) -> int:
@@ -100,6 +101,10 @@ class MarkovModel:
         It sums up to less than 1 where walls are in the way of what was believed.
         """
         return self._moves[relative] @ belief
+
+    def ahead(self, costs: Floats) -> Floats:
+        """The mean of ``costs`` a cell ahead of each state; a wall leads nowhere else."""
+        return self._leads @ costs
 
     def turned(self, belief: Floats, *, quarters: int) -> Floats:
         """The belief after a turn to the left by so many quarters."""
@@ -223,6 +228,20 @@ def _motion(hops: list[Chances], location: int) -> Chances:
         for second, further in hops[first].items():
             outcome[second] = outcome.get(second, 0.0) + HOPS[2] * chance * further
     return outcome
+
+
+def _leads(hops: list[list[Chances]]) -> Matrix:
+    """Where going forward leads from each state, if anywhere."""
+    sources, values = list[int](), list[float]()
+    begins = []
+    for heading, options in enumerate(hops):
+        for location, leads in enumerate(options):
+            begins.append(len(sources))
+            passed = {at: chance for at, chance in leads.items() if at != location}
+            total = sum(passed.values())
+            sources += [heading * len(options) + at for at in passed or (location,)]
+            values += [chance / total for chance in passed.values()] or [1.0]
+    return Matrix(np.array(begins), np.array(sources), np.array(values))
 
 
 def _moves(motions: list[_Flat], relative: int) -> Matrix:

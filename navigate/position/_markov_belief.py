@@ -22,6 +22,9 @@ ANYWHERE = 0.002
 LOOKING = 0.3
 """Cosine of the angle to a heading from which a state looks about along it."""
 
+BEYOND_WALL = 0.1
+"""How much less a cell of another room or corridor is meant than one of the same, as near."""
+
 FAINT = 1e-6
 """Mass of a state below which it is not told."""
 
@@ -38,6 +41,7 @@ class MarkovBelief:
 
     def __init__(self, model: MarkovModel, features: Features) -> None:
         self.model, self._features = model, features
+        self._spaces = np.array(model.locations.spaces)
         self.chances: Floats = np.full(model.size, 1.0 / model.size)
 
     @classmethod
@@ -61,6 +65,7 @@ class MarkovBelief:
         doubt = max(spread, 0.4)
         away = np.hypot(at[:, 0] - pose[0], at[:, 1] - pose[1])
         near = np.exp(-0.5 * ((away - away.min()) / doubt) ** 2)
+        near *= np.where(self._spaces == self._spaces[away.argmin()], 1.0, BEYOND_WALL)
         turns = np.array([wrap(pose[2] - look) for look in _LOOKS.tolist()])
         facing = np.exp(-0.5 * (turns / max(turn_spread, 0.35)) ** 2)
         there = np.outer(facing + 1e-9, near).ravel()

@@ -168,6 +168,9 @@ class ParticleFilter:
         found = fits >= FOUND_AGREEMENT and self._estimate.deviation < LOST_DEVIATION
         self.agreement = fits if found else 0.0
 
+    def way_to(self, goal: Point) -> float | None:
+        """None: particles all over the floor give no advice."""
+
     def _set_all(self, x: float, y: float, theta: float) -> None:
         self._x: Floats = np.full(self._count, x)
         self._y: Floats = np.full(self._count, y)

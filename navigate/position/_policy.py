@@ -9,15 +9,14 @@ Koenig (1995), Cassandra, Kaelbling & Kurien (1996), and Littman, Cassandra & Ka
 from __future__ import annotations
 
 import enum
-import math
 from dataclasses import dataclass
-from typing import Literal, assert_never
+from typing import ClassVar, Literal, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
 from navigate.maps import Floats, Point
-from navigate.position._markov import TURNS, MarkovModel
+from navigate.position._markov import TURNS, Indices, MarkovModel
 
 Picking = Literal["voting", "mls", "qmdp"]
 
@@ -39,7 +38,8 @@ AT_GOAL = 0.8
 SETTLED = 0.01
 """Seconds by which the last sweep changes costs at most."""
 
-SWEEPS = 1000
+SWEEPS = 12
+"""Sweeps over all states in a tick: a new goal's policy is there after one or two seconds."""
 
 
 class Directive(enum.IntEnum):
@@ -62,86 +62,82 @@ class Choice:
 
 
 class Policy:
-    """The way to one goal from every state.
+    """The way to one goal from every state, worked out a little at a time.
 
     Args:
         model: states and motions.
-        goal: a point in metres; the locations at it are the goal.
     """
 
-    def __init__(self, model: MarkovModel, goal: Point) -> None:
+    STATE: ClassVar[tuple[str, ...]] = ("goal", "costs", "settled")
+
+    def __init__(self, model: MarkovModel) -> None:
         self._model = model
-        at = model.locations.at
-        away = np.hypot(at[:, 0] - goal[0], at[:, 1] - goal[1])
-        reached = away <= max(float(away.min()), AT_GOAL)
-        self.goals: NDArray[np.bool_] = np.tile(reached, TURNS)
-        self._leads = _Leads(model)
-        self.costs = self._costs_to_go()
-        self._values = self._directives()
-        self.best: NDArray[np.intp] = self._values.argmin(axis=0)
+        self._derived: tuple[Floats, Floats, Indices] | None = None
+        self.drop()
+
+    def drop(self) -> None:
+        """Have no goal."""
+        self.goal: Point | None = None
+        self.costs: Floats = np.full(self._model.size, TOO_FAR)
+        self.settled = False
+
+    def aim(self, goal: Point) -> None:
+        """Begin on the way to a point in metres, the locations at which are the goal."""
+        self.drop()
+        self.goal = goal
+        self.costs[self._reached(goal)] = 0.0
+
+    def work(self, sweeps: int = SWEEPS) -> bool:
+        """Go on with the costs to the goal, by value iteration; whether they have settled."""
+        for _ in range(sweeps):
+            if self.settled:
+                break
+            after = np.minimum(self.costs, self._moving(self.costs).min(axis=0))
+            self.settled = float(np.abs(after - self.costs).max()) <= SETTLED
+            self.costs = after
+        return self.settled
+
+    @property
+    def best(self) -> Indices:
+        """The number of the best `Directive` in each state."""
+        return self._directives()[1]
 
     def choose(self, chances: Floats, *, picking: Picking = "voting") -> Choice:
         """The directive to give on a belief: ``chances`` of all states, which sum up to 1."""
-        votes: Floats = np.zeros(len(Directive))
-        np.add.at(votes, self.best, chances)
-        directive = Directive(self._pick(chances, votes, picking))
-        return Choice(directive, float(votes[directive]))
-
-    def _pick(self, chances: Floats, votes: Floats, picking: Picking) -> int:
+        values, best = self._directives()
+        votes = np.bincount(best, weights=chances, minlength=len(Directive))
         match picking:
             case "voting":
-                return int(votes.argmax())
+                pick = int(votes.argmax())
             case "mls":
-                return int(self.best[chances.argmax()])
+                pick = int(best[chances.argmax()])
             case "qmdp":
-                return int((self._values @ chances).argmin())
+                pick = int((values @ chances).argmin())
             case _:
                 assert_never(picking)
+        return Choice(Directive(pick), float(votes[pick]))
 
-    def _costs_to_go(self) -> Floats:
-        """Seconds to the goal from each state, by value iteration."""
-        costs = np.where(self.goals, 0.0, TOO_FAR)
-        for _ in range(SWEEPS):
-            after = np.minimum(costs, self._moving(costs).min(axis=0))
-            if math.isclose(float(np.abs(after - costs).max()), 0.0, abs_tol=SETTLED):
-                break
-            costs = after
-        return costs
+    def _reached(self, goal: Point) -> NDArray[np.bool_]:
+        """Which states are at the goal."""
+        at = self._model.locations.at
+        away = np.hypot(at[:, 0] - goal[0], at[:, 1] - goal[1])
+        return np.tile(away <= max(float(away.min()), AT_GOAL), TURNS)
 
     def _moving(self, costs: Floats) -> Floats:
         """The cost of each directive that moves: shape (3, states)."""
         by_heading = costs.reshape(TURNS, -1)
-        return np.stack(
-            [
-                FORWARD_SECONDS + self._leads.ahead(costs),
-                TURN_SECONDS + np.roll(by_heading, -1, axis=0).ravel(),
-                TURN_SECONDS + np.roll(by_heading, 1, axis=0).ravel(),
-            ]
-        )
+        moving = np.empty((3, TURNS, by_heading.shape[1]))
+        moving[0] = self._model.ahead(costs).reshape(TURNS, -1)
+        moving[0] += FORWARD_SECONDS
+        moving[1, :-1], moving[1, -1] = by_heading[1:], by_heading[0]
+        moving[2, 1:], moving[2, 0] = by_heading[:-1], by_heading[-1]
+        moving[1:] += TURN_SECONDS
+        return moving.reshape(3, -1)
 
-    def _directives(self) -> Floats:
-        """The cost of each directive in each state, shape (4, states)."""
-        stopping = np.where(self.goals, 0.0, STOP_BESIDE)
-        return np.concatenate([self._moving(self.costs), stopping[None]])
-
-
-class _Leads:
-    """Where going forward leads, for averages over it; into a wall it leads nowhere."""
-
-    def __init__(self, model: MarkovModel) -> None:
-        count = len(model.locations)
-        sources, targets, values = [], list[int](), list[float]()
-        for heading, hops in enumerate(model.hops):
-            for location, options in enumerate(hops):
-                sources.append(len(targets))
-                passed = {at: chance for at, chance in options.items() if at != location}
-                total = sum(passed.values())
-                shares = {at: chance / total for at, chance in passed.items()} or {location: 1.0}
-                targets += [heading * count + at for at in shares]
-                values += shares.values()
-        self._begins, self._targets = np.array(sources), np.array(targets)
-        self._values = np.array(values)
-
-    def ahead(self, costs: Floats) -> Floats:
-        """The mean of ``costs`` after a metre forward, for each state."""
-        return np.asarray(np.add.reduceat(costs[self._targets] * self._values, self._begins))
+    def _directives(self) -> tuple[Floats, Indices]:
+        """The cost of each directive in each state, shape (4, states), and which is the best."""
+        if self._derived is None or self._derived[0] is not self.costs:
+            stopping = np.where(self.costs == 0.0, 0.0, STOP_BESIDE)
+            values = np.concatenate([self._moving(self.costs), stopping[None]])
+            self._derived = (self.costs, values, values.argmin(axis=0))
+        return self._derived[1], self._derived[2]

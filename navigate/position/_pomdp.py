@@ -33,7 +33,7 @@ from navigate.maps import Floats, Floor, Point
 from navigate.position._beacons import BeaconTracker
 from navigate.position._localizer import NO_BEAMS, Belief, Estimate
 from navigate.position._markov_belief import MarkovBelief
-from navigate.position._policy import Choice, Picking, Policy
+from navigate.position._policy import Directive, Picking, Policy
 from navigate.position._readings import Readings, seen_from
 from navigate.position._search import Found, Search
 from navigate.position._sonar_model import SonarModel
@@ -63,6 +63,12 @@ RIVAL_MASS = 0.5
 BESIDE = 3.0
 """Metres from a sound pose within which belief that has settled elsewhere is a slip of cells."""
 
+CELL = 1.0
+"""Metres of deviation beyond which the tracked pose says no more than the cells do."""
+
+TRACKED = 0.6
+"""How sure a cell is, at each report, for being that of a tracked pose which readings fit."""
+
 SUPPORT = 1.6
 """Metres from the tracked pose within which cells speak for it: it may lie between two."""
 
@@ -75,14 +81,23 @@ STATES = 400
 COVERED = 0.6
 """Belief that must lie in these states for what fits in one of them to say anything."""
 
-ASTRAY = 0.3
+ASTRAY = 0.5
 """What a lost robot leaves for the chance to be in any cell around, whatever it believed."""
+
+UNHEARD = 0.3
+"""Share of the belief that must speak for a directive."""
 
 FOUND_SHARE = 0.8
 """Share that a pose must have of what a ring of readings speaks for, to be taken."""
 
 FOUND_MASS = 0.7
 """Belief that is put on such a pose."""
+
+_WAYS = {
+    Directive.FORWARD: 0.0,
+    Directive.LEFT: math.pi / 2,
+    Directive.RIGHT: -math.pi / 2,
+}
 
 
 class PomdpLocalizer:
@@ -91,20 +106,22 @@ class PomdpLocalizer:
     Args:
         floor: the map.
         known: whether the robot starts where the map says, rather than anywhere.
+        picking: how the directive for a belief that is spread out is picked.
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
         "agreement", "markov", "_tracker", "_reports", "_readings", "_grid",
-        "_support", "_rivalled", "_search", "_asked_at",
+        "_support", "_rivalled", "_search", "_asked_at", "directives",
     )  # fmt: skip
 
-    def __init__(self, floor: Floor, *, known: bool = True) -> None:
+    def __init__(self, floor: Floor, *, known: bool = True, picking: Picking = "voting") -> None:
         self._sonar = SonarModel(floor)
         self.markov = MarkovBelief.of_floor(floor)
         self._tracker = BeaconTracker(floor)
         self._reports = MotionReports()
         self._readings = Readings()
         self._grid = LocalGrid()
+        self.directives, self._picking = Policy(self.markov.model), picking
         self._search = Search(self._sonar.expected)
         self._asked_at: Pose = (0.0, 0.0, 0.0)
         self.agreement, self._support, self._rivalled = 1.0, 1.0, False
@@ -136,18 +153,27 @@ class PomdpLocalizer:
         """The Markov belief."""
         return self.markov.tell()
 
-    def policy(self, goal: Point) -> Policy:
-        """The directives that lead to a point in metres."""
-        return Policy(self.markov.model, goal)
+    def way_to(self, goal: Point) -> float | None:
+        """Which way to go on the belief, radians to the left of ahead; None for no advice.
 
-    def advise(self, policy: Policy, *, picking: Picking = "voting") -> Choice:
-        """What to do next on the way that a policy leads."""
-        return policy.choose(self.markov.chances, picking=picking)
+        A new goal takes a second or two of calls before there is any. The directive is picked as
+        ``picking`` says; where that is to stop, or little of the belief speaks for it, there is
+        none.
+        """
+        if self.directives.goal != goal:
+            self.directives.aim(goal)
+        if not self.directives.work():
+            return None
+        choice = self.directives.choose(self.markov.chances, picking=self._picking)
+        if choice.share < UNHEARD or choice.directive not in _WAYS:
+            return None
+        return _WAYS[choice.directive] - self._reports.turned
 
     def forget(self) -> None:
         """Know nothing: the robot may be anywhere."""
         self.markov.forget()
         self._tracker.widen(spread=20.0, turn_spread=2.0)
+        self.agreement = 0.0
         self._weigh()
 
     def place(self, pose: Pose, *, spread: float = 0.05, turn_spread: float = 0.03) -> None:
@@ -164,6 +190,9 @@ class PomdpLocalizer:
     def widen(self, *, spread: float, turn_spread: float) -> None:
         """Doubt the position more: somebody may have moved the robot unseen."""
         self._tracker.widen(spread=spread, turn_spread=turn_spread)
+        share = 1.0 - math.exp(-spread)
+        self.markov.know(self._tracker.pose, spread=spread, turn_spread=turn_spread, share=share)
+        self._weigh()
 
     def move(self, motion: Motion) -> None:
         """Take in a motion; once it comes to a metre, also what was seen on the way."""
@@ -217,13 +246,16 @@ class PomdpLocalizer:
     def mass_near(self, x: float, y: float, *, within: float) -> float:
         """The belief that lies ``within`` metres of a point, 0 to 1.
 
-        Cells that speak for the tracked pose count as far as that pose is likely to be there.
+        Cells that speak for the tracked pose count as far as that pose is likely to be there, once
+        it is known better than to a cell.
         """
-        here = self.estimate
+        here, mass = self.estimate, self.markov.near((x, y), within=within)
+        if here.deviation > CELL:
+            return mass
         away = math.dist((here.x, here.y), (x, y))
         sigma = max(here.deviation / math.sqrt(2.0), 0.02)
         inside = 0.5 * (1.0 + math.erf((within - away) / (sigma * math.sqrt(2.0))))
-        others = max(0.0, self.markov.near((x, y), within=within) - self._support)
+        others = max(0.0, mass - self._support)
         return min(1.0, self._support * inside + others)
 
     def fit(self, pose: Pose, ranges: Floats) -> float:
@@ -278,6 +310,8 @@ class PomdpLocalizer:
             look_aside(self._grid, facing, left=True),
             look_aside(self._grid, facing, left=False),
         )
+        if self.agreement >= SOUND_AGREEMENT and self.estimate.deviation < CELL:
+            self.markov.notice([self._tracker.pose[:2]], within=SUPPORT, sure=TRACKED)
 
     def _weigh(self) -> None:
         """How much of the belief speaks for the tracked pose."""

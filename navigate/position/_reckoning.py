@@ -79,3 +79,6 @@ class DeadReckoning:
 
     def recover(self, ranges: Floats, *, radius: float) -> None:
         """Find nothing."""
+
+    def way_to(self, goal: Point) -> float | None:
+        """None: it is never lost."""

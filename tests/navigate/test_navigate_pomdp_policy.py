@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from navigate_rings import TRUE
 
+from navigate.freezing import freeze, thaw
 from navigate.position._markov import MarkovModel
 from navigate.position._policy import FORWARD_SECONDS, TURN_SECONDS, Directive, Policy
 from navigate.position._topology import Kind, Place, Topology, build_topology
@@ -28,8 +30,29 @@ def cross():
     return MarkovModel(topology)
 
 
+def settled(model, goal):
+    """The policy for a goal, worked out to the end."""
+    policy = Policy(model)
+    policy.aim(goal)
+    while not policy.work():
+        pass
+    return policy
+
+
 MODEL = cross()
-POLICY = Policy(MODEL, (2.0, 1.0))
+POLICY = settled(MODEL, (2.0, 1.0))
+
+
+def test_it_is_worked_out_a_little_at_a_time_and_can_be_kept_meanwhile():
+    one, other = Policy(MODEL), Policy(MODEL)
+    one.aim((2.0, 1.0))
+    assert not one.work(sweeps=2)
+    thaw(other, json.loads(json.dumps(freeze(one))))
+    while not other.work(sweeps=1):
+        pass
+    assert other.goal == (2.0, 1.0)
+    assert (other.costs == POLICY.costs).all()
+    assert (other.best == POLICY.best).all()
 
 
 def belief(*states):
@@ -75,7 +98,7 @@ def test_qmdp_weighs_what_a_wrong_directive_costs():
 def test_on_the_whole_floor_directives_lead_from_the_foyer_into_a_room(picking):
     model = MarkovModel(build_topology(TRUE))
     place = TRUE.place("r-5305")
-    policy = Policy(model, place)
+    policy = settled(model, place)
     at, heading = _nearest(model, (TRUE.plan.start.x, TRUE.plan.start.y)), EAST
     for _ in range(80):
         chances = np.zeros(model.size)
