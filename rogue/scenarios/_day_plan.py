@@ -17,8 +17,8 @@ URGENT_SHARE, HOPELESS_SHARE, CANCELED_SHARE = 0.15, 0.10, 0.15
 SILENT_SHARE = 0.2
 """One person in five does not answer."""
 
-ORDINARY_HOURS = (3.0, 5.0)
-URGENT_MINUTES = (35.0, 60.0)
+ORDINARY_HOURS = (1.5, 3.0)
+URGENT_MINUTES = (25.0, 45.0)
 HURRIED_SECONDS = 30
 """Nobody carries anything across the floor in this time."""
 
