@@ -217,7 +217,7 @@ async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):
     gone, _, _ = await navigate("where", "--connect", "tcp/127.0.0.1:9")
     offline, out, _ = await navigate("plan", "r-5301", "r-5303", "--map", "wean5")
     assert (bad, seed, gone, offline) == (2, 2, 5, 0)
-    assert "is no YAML" in says
+    assert "cannot be read as YAML" in says
     assert "d-5303" in out
 
 

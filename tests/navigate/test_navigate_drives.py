@@ -259,7 +259,7 @@ def test_nonsense_from_the_sonars_ends_as_lost_and_stands():
     drive = loop.start("r-5303")
     random = np.random.default_rng(0)
     tick = loop.sensors.tick
-    for _ in range(2500):
+    for _ in range(4000):
         if drive.done:
             break
         tick += 1

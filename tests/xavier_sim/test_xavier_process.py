@@ -90,7 +90,7 @@ async def test_commands_of_the_robot(tmp_path):
         assert (kidnap, slip, place) == (0, 0, 2)
         assert json.loads(there)["room"] == "r-5305"
         assert "-3.600 m to count wrongly" in out
-        assert "expected a room, or --x and --y" in err
+        assert "expected both x and y" in err
         robot.send_signal(signal.SIGTERM)
         await robot.wait()
         assert robot.returncode == 0

@@ -302,7 +302,7 @@ def test_what_a_robot_does_not_have_cannot_fail():
         (
             SonarFault,
             {"number": 3, "state": "dead", "metres": 1.0},
-            "expected none for a dead sonar",
+            "expected no metres for a dead sonar",
         ),
         (SonarFault, {"number": 3, "state": "stuck", "metres": math.nan}, "metres"),
         (LaserOffset, {"metres": 2.0}, "metres"),
