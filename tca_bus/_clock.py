@@ -20,6 +20,7 @@ from contextlib import (
     nullcontext,
 )
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from tca_bus._errors import TimedOutError
 from tca_bus._time_messages import TIME_GRAIN
@@ -30,6 +31,9 @@ LONGEST_NAP = 1.0
 
 class Clock(ABC):
     """The time of the world, in seconds since the epoch."""
+
+    is_simulated: ClassVar[bool]
+    """Whether a robot tells this time; else it is this machine's."""
 
     @abstractmethod
     def now(self) -> float:
@@ -87,6 +91,8 @@ class Clock(ABC):
 
 class WallClock(Clock):
     """The time of this machine."""
+
+    is_simulated = False
 
     def now(self) -> float:
         """The time of day."""
@@ -158,6 +164,8 @@ class SimulatedClock(Clock):
     ``announce`` is called on the loop, soon after it changed, with what is waited for, None when
     nobody waits.
     """
+
+    is_simulated = True
 
     def __init__(self, announce: Callable[[Awaited | None], None] | None = None) -> None:
         self._announce = announce

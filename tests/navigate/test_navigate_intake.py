@@ -20,7 +20,8 @@ from navigate.navigator import Navigator
 from navigate.service import NavigateService, _helm
 from navigate.service._intake import Intake, Kind
 from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
-from tca_bus.testing import bus, central, eventually
+from tca_bus._clock import WallClock
+from tca_bus.testing import ManualClock, bus, central, eventually
 from xavier_sim.messages import SONAR_COUNT, Drive, Sensors
 
 
@@ -132,6 +133,32 @@ async def test_gaps_that_come_and_go_get_one_word_a_minute(wall, caplog):
         await helm._on_sensors(reading(tick), None)
         wall.now += 2.0
     assert sum("are missing" in word for word in caplog.messages) == 2
+
+
+class Timed(Deaf):
+    """Has a clock besides."""
+
+    def __init__(self, clock):
+        self.clock = clock
+
+
+async def test_the_end_of_a_drive_waits_for_no_robot_on_the_wall_clock(monkeypatch, caplog):
+    monkeypatch.setattr(_helm, "CLOCK_SECONDS", 0.01)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(WallClock()), nothing)
+    await helm._on_sensors(reading(437, 1e12, lockstep=True), None)
+    await helm.until_told()
+    assert "nobody tells the time" not in caplog.text
+
+
+@pytest.mark.parametrize(("told", "words"), [(1043.7, 0), (1043.6, 1)])
+async def test_the_end_of_a_drive_waits_until_its_time_is_told(told, words, monkeypatch, caplog):
+    monkeypatch.setattr(_helm, "CLOCK_SECONDS", 0.01)
+    clock = ManualClock(0.0)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(clock), nothing)
+    await helm._on_sensors(reading(437, lockstep=True), None)
+    clock.move_to(told)
+    await helm.until_told()
+    assert caplog.messages.count("nobody tells the time of tick 437") == words
 
 
 class Robot:
