@@ -17,7 +17,6 @@ from itertools import pairwise
 from typing import get_args
 
 import numpy as np
-from drives import sensors_of
 from kidnapped import random_pose
 
 from navigate.body import Pose
@@ -26,6 +25,7 @@ from navigate.navigator import Navigator
 from navigate.position import Picking, PomdpLocalizer
 from navigate.routes import Planner
 from xavier_sim.floors import load_floor
+from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
 MOST_TICKS = 6000
@@ -57,13 +57,14 @@ class Outcome:
         }
 
 
-def drive(world: World, navigator: Navigator, room: str, outcome: Outcome) -> None:
+def drive(robot: RobotState, navigator: Navigator, room: str, outcome: Outcome) -> None:
     """From where the robot was put down to a room."""
-    floor, before = navigator.floor, world.truth()
+    floor, world = navigator.floor, robot.world
+    before = world.truth()
     goal = floor.place(room)
-    course = navigator.start(goal, sensors_of(world.reading))
+    course = navigator.start(goal, robot.sensors())
     for _ in range(MOST_TICKS):
-        wheels = navigator.step(sensors_of(world.reading))
+        wheels = navigator.step(robot.sensors())
         if course.done:
             break
         world.step(wheels.speed, wheels.turn)
@@ -91,6 +92,7 @@ def shortest_way(planner: Planner, start: tuple[float, float], goal: tuple[float
 def run(drives: int, seed: int, policy: Picking) -> Outcome:
     """So many drives by one policy; all policies have the same ones."""
     world = World(load_floor("wean5"), seed)
+    robot = RobotState(world, SimClock(0.0), speed=None)
     floor, true_floor = Floor(load_plan()), Floor(world.plan)
     localizer = PomdpLocalizer(floor, picking=policy)
     navigator = Navigator(floor, localizer=localizer)
@@ -102,7 +104,7 @@ def run(drives: int, seed: int, policy: Picking) -> Outcome:
         world.place_robot(*pose)
         localizer.place(START)
         localizer.forget()
-        drive(world, navigator, room, outcome)
+        drive(robot, navigator, room, outcome)
     return outcome
 
 

@@ -13,14 +13,13 @@ import json
 from dataclasses import dataclass, field
 from typing import get_args
 
-from drives import sensors_of
-
 from navigate.driving import DoorTally
 from navigate.maps import Floor, Point, load_plan
 from navigate.navigator import Navigator
 from navigate.position import DEFAULT_LOCALIZER, LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.profile import PROFILES
+from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
 MOST_TICKS = 6000
@@ -35,14 +34,14 @@ class Passages:
     ticks: int = 0
 
 
-def drive_to(world: World, navigator: Navigator, goal: Point, done: Passages) -> None:
+def drive_to(robot: RobotState, navigator: Navigator, goal: Point, done: Passages) -> None:
     """One drive, counted."""
-    drive = navigator.start(goal, sensors_of(world.reading))
+    drive = navigator.start(goal, robot.sensors())
     for _ in range(MOST_TICKS):
-        wheels = navigator.step(sensors_of(world.reading))
+        wheels = navigator.step(robot.sensors())
         if drive.done:
             break
-        world.step(wheels.speed, wheels.turn)
+        robot.world.step(wheels.speed, wheels.turn)
         done.ticks += 1
     navigator.cancel()
     done.drives += 1
@@ -55,13 +54,13 @@ def run(options: argparse.Namespace) -> tuple[Navigator, World, Passages]:
     """In and out of every room."""
     profile = PROFILES[options.profile]
     world = World(load_floor("wean5"), options.seed, profile, people=options.people)
-    floor = Floor(load_plan())
+    robot, floor = RobotState(world, SimClock(0.0), speed=None), Floor(load_plan())
     localizer = make_localizer(options.localizer, floor, seed=options.seed)
     navigator, done = Navigator(floor, localizer=localizer), Passages()
     for room in sorted(floor.places)[: options.rooms]:
         for _ in range(options.times):
-            drive_to(world, navigator, floor.place(room), done)
-            drive_to(world, navigator, navigator.planner.graph.before(room)[0], done)
+            drive_to(robot, navigator, floor.place(room), done)
+            drive_to(robot, navigator, navigator.planner.graph.before(room)[0], done)
     return navigator, world, done
 
 

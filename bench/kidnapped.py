@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
-from drives import sensors_of
 
 from navigate.body import Pose, wrap
 from navigate.driving import STOP, Drive, Wheels
@@ -26,6 +25,7 @@ from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
 from navigate.position import DeadReckoning, Estimate, LocalizerName, make_localizer
 from xavier_sim.floors import load_floor
+from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
 NEAR, TURNED = 0.5, math.radians(30.0)
@@ -58,9 +58,9 @@ class Known(DeadReckoning):
 class Guide:
     """Leads the robot from room to room, and lets it stand now and then."""
 
-    def __init__(self, world: World, random: np.random.Generator) -> None:
-        floor = Floor(world.plan)
-        self._world, self._random = world, random
+    def __init__(self, robot: RobotState, random: np.random.Generator) -> None:
+        world, floor = robot.world, Floor(robot.world.plan)
+        self._robot, self._world, self._random = robot, world, random
         self._navigator = Navigator(floor, localizer=Known(floor, world))
         self._rooms = sorted(world.plan.places)
         self._drive: Drive | None = None
@@ -74,7 +74,7 @@ class Guide:
 
     def lead(self) -> Wheels:
         """The wheels for a tick."""
-        sensors, metres = sensors_of(self._world.reading), self._world.truth().metres
+        sensors, metres = self._robot.sensors(), self._world.truth().metres
         if self._drive is None or self._drive.done:
             room = self._rooms[int(self._random.integers(len(self._rooms)))]
             self._drive = self._navigator.start(self._navigator.floor.place(room), sensors)
@@ -148,19 +148,23 @@ def is_right(world: World, navigator: Navigator) -> bool:
     return near and abs(wrap(truth.theta - here.theta)) <= TURNED and not navigator.localizer.lost
 
 
-def kidnap(world: World, navigator: Navigator, guide: Guide, way: tuple[Pose, Pose]) -> Outcome:
+def kidnap(
+    robot: RobotState, navigator: Navigator, guide: Guide, way: tuple[Pose, Pose]
+) -> Outcome:
     """Let the robot know where it is, carry it off, and have it led about."""
-    start, end = way
+    world, (start, end) = robot.world, way
     world.place_robot(*start)
     navigator.set_pose(start)
     for _ in range(20):
-        navigator.step(sensors_of(world.step(0.0, 0.0)))
+        world.step(0.0, 0.0)
+        navigator.step(robot.sensors())
     world.place_robot(*end)
     guide.begin()
     outcome, began = Outcome(), world.truth().metres
     for _ in range(MOST_TICKS):
         wheels = guide.lead()
-        navigator.step(sensors_of(world.step(wheels.speed, wheels.turn)))
+        world.step(wheels.speed, wheels.turn)
+        navigator.step(robot.sensors())
         metres = world.truth().metres - began
         outcome.take_in(metres, lost=navigator.localizer.lost, right=is_right(world, navigator))
         if outcome.settled or metres > MOST_METRES:
@@ -171,14 +175,15 @@ def kidnap(world: World, navigator: Navigator, guide: Guide, way: tuple[Pose, Po
 def run(places: int, seed: int, localizer: LocalizerName, *, verbose: bool) -> list[Outcome]:
     """Carry the robot off to so many places."""
     world = World(load_floor("wean5"), seed)
+    robot = RobotState(world, SimClock(0.0), speed=None)
     floor, true_floor = Floor(load_plan()), Floor(world.plan)
     navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
     random, outcomes = np.random.default_rng(seed), list[Outcome]()
-    guide = Guide(world, np.random.default_rng(seed + 1))
+    guide = Guide(robot, np.random.default_rng(seed + 1))
     for _ in range(places):
         start = random_pose(world, true_floor, random)
         end = random_pose(world, true_floor, random)
-        outcomes.append(kidnap(world, navigator, guide, (start, end)))
+        outcomes.append(kidnap(robot, navigator, guide, (start, end)))
         if verbose:
             print([round(value, 1) for value in end], outcomes[-1])
     return outcomes

@@ -9,8 +9,8 @@ from navigate.driving import Drive
 from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
 from xavier_sim.floors import load_floor
-from xavier_sim.messages import Corner, FloorPlan, Sensors, Space, SpaceKind
-from xavier_sim.robot import Reading
+from xavier_sim.messages import Corner, FloorPlan, Space, SpaceKind
+from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
 EPOCH = 1.0e9
@@ -20,35 +20,20 @@ def true_plan() -> FloorPlan:
     return load_floor("wean5")
 
 
-def sensors_of(reading: Reading) -> Sensors:
-    return Sensors.model_construct(
-        tick=reading.tick,
-        time=EPOCH + reading.tick * 0.1,
-        period=0.1,
-        lockstep=True,
-        sonar=reading.sonar,
-        sonar_fresh=reading.sonar_fresh,
-        odom=reading.odom,
-        speed=reading.speed,
-        turn_rate=reading.turn_rate,
-        bump=reading.bump,
-        striper=reading.striper,
-        lidar=reading.lidar,
-    )
-
-
 class Loop:
     """A world and a navigator that drives in it."""
 
     def __init__(self, seed: int = 0, plan: FloorPlan | None = None) -> None:
         self.world = World(plan or true_plan(), seed)
+        self.robot = RobotState(self.world, SimClock(EPOCH), speed=None)
         self.navigator = Navigator(Floor(load_plan()), seed=seed)
-        self.sensors = sensors_of(self.world.reading)
+        self.sensors = self.robot.sensors()
         self.navigator.step(self.sensors)
 
     def tick(self) -> None:
         wheels = self.navigator.wheels
-        self.sensors = sensors_of(self.world.step(wheels.speed, wheels.turn))
+        self.world.step(wheels.speed, wheels.turn)
+        self.sensors = self.robot.sensors()
         self.navigator.step(self.sensors)
 
     def rest(self, ticks: int) -> None:

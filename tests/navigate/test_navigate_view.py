@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from navigate_loop import EPOCH, Loop
+from navigate_loop import Loop
 
 from navigate.reporting import outlook
 from navigate.view import draw_svg, draw_text
@@ -19,7 +19,6 @@ from navigate.view._braille import Braille
 from navigate.view._ink import Pane, Window
 from navigate.view._words import counted
 from xavier_sim.messages import LIDAR_BEAMS, STRIPER_BEAMS, FloorPlan
-from xavier_sim.running import RobotState, SimClock
 
 ZERO = {"x": 0, "y": 0}
 
@@ -36,7 +35,7 @@ def scene():
     loop.navigator.memory.blocked((8.0, 30.0), loop.navigator.time)
     loop.navigator.localizer.widen(spread=0.8, turn_spread=0.3)
     told = outlook(loop.navigator, loop.sensors, loop.navigator.driver.drive, "task")
-    world = RobotState(loop.world, SimClock(EPOCH), speed=None).world_view()
+    world = loop.robot.world_view()
     return told, loop.navigator.floor.plan, world
 
 
