@@ -18,6 +18,7 @@ from tca_bus._access import IdentifiedBy, access_control, rate_limits, size_limi
 from tca_bus._credentials import Auth, router_transport, usual_auth
 from tca_bus._errors import ConfigError
 from tca_bus._limits import MOST_MESSAGE_BYTES
+from tca_bus._lingering import PromptClosing
 from tca_bus._options import ENDPOINT_EXPECTED, ENDPOINT_PATTERN, BusOptions
 from tca_bus._policy import Policy
 from tca_bus._policy_link import serve_policy
@@ -176,6 +177,7 @@ class Router:
         self.endpoint = listen
         self.guard = guard
         self._session: zenoh.Session | None = None
+        self._closing: PromptClosing | None = None
 
     async def __aenter__(self) -> Self:
         match = _HAS_PORT.fullmatch(self.listen)
@@ -187,6 +189,9 @@ class Router:
         return self
 
     async def __aexit__(self, *_: object) -> None:
+        if self._closing is not None:
+            self._closing.end()
+            self._closing = None
         if self._session is not None:
             await uninterrupted(asyncio.to_thread(self._session.close))
             self._session = None
@@ -226,6 +231,7 @@ class Router:
                 "--connect"
             )
             raise ConfigError("listen endpoint", endpoint, expected) from error
+        self._closing = PromptClosing(self._session)
         if self.guard is not None:
             serve_policy(self._session, self.guard.policy)
         self.endpoint = endpoint

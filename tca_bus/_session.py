@@ -18,6 +18,7 @@ from tca_bus._credentials import Credentials, credentials_for
 from tca_bus._diagnosis import Door, explain
 from tca_bus._errors import BusGoneError, ConfigError, RefusedError
 from tca_bus._keys import Keys
+from tca_bus._lingering import PromptClosing
 from tca_bus._options import BusOptions
 from tca_bus._wire import Payload
 
@@ -143,6 +144,7 @@ class Session:
         self.can_send = False
         self.zenoh: zenoh.Session
         self._arrivals: Arrivals | None = None
+        self._closing: PromptClosing | None = None
         # Zenoh's own flag waits for a lock without giving up the GIL: if a callback that runs
         # under that lock needs the GIL, both wait for ever.
         self.is_closed = False
@@ -152,6 +154,7 @@ class Session:
         self.zenoh = await self._open()
         self._arrivals = Arrivals(batch=1) if self._options.keeps_order else None
         self._set_up(is_up=True)
+        self._closing = PromptClosing(self.zenoh)
         box = Mailbox[zenoh.TransportEvent](self._transport_event, size=MAILBOX_SIZE)
         self.zenoh.info.declare_transport_events_listener(Callback(box.post), history=False)
         return self
@@ -164,6 +167,8 @@ class Session:
         self._up.clear()
         self.can_send = False
         self.is_closed = True
+        if self._closing is not None:
+            self._closing.end()
         try:
             await asyncio.to_thread(self.zenoh.close)
         except zenoh.ZError as error:
