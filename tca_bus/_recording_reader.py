@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-import struct
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import Self
 
 import mcap.records as rec
-from mcap.exceptions import McapError
-from mcap.stream_reader import StreamReader
 from pydantic import ValidationError
-from zstandard import ZstdError
 
 from tca_bus._errors import ConfigError, TcaError
+from tca_bus._record_stream import RecordStream, UnreadableError
 from tca_bus._recording import BEGINNING, END, ENVELOPES, PROFILE, SEQUENCES, Envelope, Passed
-
-LARGEST_RECORD = 1 << 30
-"""Bytes; a longer record means that its length is damaged."""
-
-UNREADABLE = (
-    McapError,
-    struct.error,
-    ArithmeticError,
-    LookupError,
-    MemoryError,
-    RuntimeError,
-    ValueError,
-    ZstdError,
-)
-"""What the reader of MCAP files ends with on one that is damaged."""
 
 EXPECTED = "a recording made by 'tca record'"
 
@@ -44,7 +27,6 @@ class RecordingError(TcaError):
         super().__init__(f"recording {path}: {why}")
 
 
-@dataclass
 class RecordingReader:
     """Reads one recording from its beginning: a context manager and an iterator of `Passed`.
 
@@ -56,94 +38,85 @@ class RecordingReader:
         RecordingError: While iterating, it is damaged from here on.
     """
 
-    path: Path
-    realm: str = ""
-    is_finished: bool = False
-    dropped: int = 0
-    _channels: dict[int, rec.Channel] = field(default_factory=dict)
-    _envelope: Envelope | None = None
-    _expected: int = 0
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.realm = ""
+        self._records = RecordStream(path, end=END)
+        self._envelope: Envelope | None = None
+        self._expected = 0
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the end has been read, as the recorder wrote it."""
+        return self._records.is_finished
+
+    @property
+    def dropped(self) -> int:
+        """How many messages the recorder lost, by what it wrote at its end."""
+        return self._records.dropped
 
     def __enter__(self) -> Self:
         try:
-            self._file: IO[bytes] = self.path.open("rb")
+            with ExitStack() as stack:
+                stack.enter_context(self._records)
+                self._begin()
+                stack.pop_all()
         except OSError as error:
-            why = error.strerror or str(error)
-            expected = f"a file that can be read ({why})"
+            expected = f"a file that can be read ({error.strerror or error})"
             raise ConfigError("recording", str(self.path), expected) from None
-        try:
-            self._records = self._begin()
-        except BaseException:
-            self._file.close()
-            raise
+        except UnreadableError as error:
+            raise ConfigError("recording", str(self.path), EXPECTED) from error
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
+    def __exit__(self, *error: object) -> None:
+        self._records.__exit__(*error)
 
     def __iter__(self) -> Iterator[Passed]:
         count = 0
-        while True:
-            try:
-                passed = self._next()
-            except UNREADABLE as error:
-                if not self._file.read(1):
-                    # Killed while it was being written: all before that is as it was.
-                    return
-                why = f"it is damaged after {count} messages ({_first_line(error)})"
-                raise RecordingError(self.path, why) from error
-            if passed is None:
-                return
-            count += 1
-            yield passed
-
-    def _begin(self) -> Iterator[Any]:
-        reader = StreamReader(
-            self._file, validate_crcs=True, record_size_limit=LARGEST_RECORD
-        ).records
         try:
-            header, beginning = next(reader), next(reader)
-        except (*UNREADABLE, StopIteration) as error:
-            raise ConfigError("recording", str(self.path), EXPECTED) from error
-        if not isinstance(header, rec.Header) or header.profile != PROFILE:
-            profile = getattr(header, "profile", "") or "none"
-            expected = f"{EXPECTED}, not an MCAP file with profile {profile!r}"
+            for record in self._records:
+                if isinstance(record, rec.Message) and (passed := self._message(record)):
+                    count += 1
+                    yield passed
+        except UnreadableError as error:
+            why = f"it is damaged after {count} messages ({error.why})"
+            raise RecordingError(self.path, why) from error
+
+    def _begin(self) -> None:
+        profile = self._records.profile
+        if profile != PROFILE:
+            expected = f"{EXPECTED}, not an MCAP file with profile {profile or 'none'!r}"
             raise ConfigError("recording", str(self.path), expected)
+        beginning = next(self._records, None)
         if not isinstance(beginning, rec.Metadata) or beginning.name != BEGINNING:
             raise ConfigError("recording", str(self.path), EXPECTED)
         self.realm = beginning.metadata.get("realm", "")
-        return reader
-
-    def _next(self) -> Passed | None:
-        for record in self._records:
-            match record:
-                case rec.Channel():
-                    self._channels[record.id] = record
-                case rec.Message():
-                    passed = self._message(record)
-                    if passed is not None:
-                        return passed
-                case rec.Metadata(name=name) if name == END:
-                    self.dropped = int(record.metadata.get("dropped", "0"))
-                    self.is_finished = True
-                case _:
-                    pass
-        return None
 
     def _message(self, record: rec.Message) -> Passed | None:
-        channel = self._channels.get(record.channel_id)
-        if channel is None:
-            raise ValueError(f"channel {record.channel_id} is not there")
-        if channel.topic == ENVELOPES:
-            self._envelope = Envelope.model_validate_json(record.data)
-            if self._envelope.sequence != self._expected:
-                raise ValueError(f"message {self._expected} is not there")
-            self._expected = (self._expected + 1) % SEQUENCES
+        """What passed; None for an envelope, whose message comes next."""
+        if self._records.channels[record.channel_id].topic == ENVELOPES:
+            self._envelope = self._open(record.data)
             return None
         envelope, self._envelope = self._envelope, None
         if envelope is None or envelope.sequence != record.sequence:
-            raise ValueError(f"message {record.sequence} has no envelope")
-        return envelope.restore(record.data, published=record.publish_time, seen=record.log_time)
+            raise UnreadableError(self.path, f"message {record.sequence} has no envelope")
+        try:
+            return envelope.restore(
+                record.data, published=record.publish_time, seen=record.log_time
+            )
+        except ValueError as error:
+            why = f"the envelope of message {record.sequence} does not fit"
+            raise UnreadableError(self.path, why) from error
+
+    def _open(self, data: bytes) -> Envelope:
+        try:
+            envelope = Envelope.model_validate_json(data)
+        except ValidationError as error:
+            raise UnreadableError(self.path, "an envelope cannot be read") from error
+        if envelope.sequence != self._expected:
+            raise UnreadableError(self.path, f"message {self._expected} is not there")
+        self._expected = (self._expected + 1) % SEQUENCES
+        return envelope
 
 
 @dataclass
@@ -179,9 +152,3 @@ def read_info(path: Path) -> RecordingInfo:
             info.topics[passed.topic, passed.message] += 1
         info.is_finished, info.dropped = reader.is_finished, reader.dropped
     return info
-
-
-def _first_line(error: BaseException) -> str:
-    if isinstance(error, ValidationError):
-        return "an envelope cannot be read"
-    return (str(error) or type(error).__name__).splitlines()[0]

@@ -18,7 +18,15 @@ from mcap.writer import Writer
 from pydantic import BaseModel
 from test_tca_cli import finish, office
 
-from tca_bus import Broadcast, ConfigError, Failure, Module, TaskStatus
+from tca_bus import (
+    Broadcast,
+    ConfigError,
+    Failure,
+    Module,
+    RecordStream,
+    TaskStatus,
+    UnreadableError,
+)
 from tca_bus._json_views import guessed_schema, json_view, plain_schema
 from tca_bus._recorder import Backlog, Recorder
 from tca_bus._recording import ENVELOPES, Passed, RecordingWriter
@@ -153,6 +161,38 @@ def test_damage_is_told_with_what_comes_before_it(tmp_path):
     path.write_bytes(bytes(whole))
     with pytest.raises(RecordingError, match="damaged after 2 messages"):
         read_info(path)
+
+
+def own_mcap(path, finish):
+    """An MCAP file of any recorder, whose last metadata ``finish`` writes."""
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="own")
+        writer.add_metadata("about", {"who": "me"})
+        channel = writer.register_channel("topic", "json", 0)
+        writer.add_message(channel, 0, b"{}", 0)
+        finish(writer)
+        writer.finish()
+    return path
+
+
+def test_records_of_any_recorder_are_streamed_to_its_end(tmp_path):
+    path = own_mcap(tmp_path / "own.mcap", lambda it: it.add_metadata("end", {"dropped": "7"}))
+    with RecordStream(path, end="end") as records:
+        assert (records.profile, records.is_finished) == ("own", False)
+        about, message = records
+        assert about.metadata == {"who": "me"}
+        assert records.channels[message.channel_id].topic == "topic"
+        assert (records.is_finished, records.dropped) == (True, 7)
+
+
+def test_an_end_that_says_nothing_of_use_is_told(tmp_path):
+    path = own_mcap(tmp_path / "own.mcap", lambda it: it.add_metadata("end", {"dropped": "few"}))
+    with (
+        pytest.raises(UnreadableError, match="dropped is 'few', expected a number"),
+        RecordStream(path, end="end") as records,
+    ):
+        list(records)
 
 
 def test_viewers_find_json_and_schemas(tmp_path):

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import Self
 
 import mcap.records as rec
 from google.protobuf.message import DecodeError
 from google.protobuf.wrappers_pb2 import BytesValue
-from mcap.exceptions import McapError
-from mcap.stream_reader import StreamReader
 from pydantic import ValidationError
-from zstandard import ZstdError
 
-from tca_bus import Payload
+from tca_bus import Payload, RecordStream, UnreadableError
 from xavier_sim.recording._channels import ENCODING, FRAME
 from xavier_sim.recording._format import (
     BEGINNING,
@@ -30,24 +26,7 @@ from xavier_sim.recording._format import (
     RecordingFileError,
 )
 
-LARGEST_RECORD = 1 << 30
-"""Bytes; a longer record means that its length is damaged."""
 
-DAMAGED = (
-    McapError,
-    struct.error,
-    ArithmeticError,
-    LookupError,
-    MemoryError,
-    RuntimeError,
-    ValueError,
-    ZstdError,
-    DecodeError,
-)
-"""What the reader of MCAP files ends with on one that is damaged."""
-
-
-@dataclass
 class RecordingReader:
     """Reads one recording: a context manager and an iterator of the messages on the wire.
 
@@ -59,31 +38,40 @@ class RecordingReader:
             it is damaged from here on.
     """
 
-    path: Path
-    is_finished: bool = False
-    dropped: int = 0
-    _channels: dict[int, rec.Channel] = field(default_factory=dict)
-    _next: int = 0
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._records = RecordStream(path, end=END)
+        self._next = 0
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the end has been read, as the recorder wrote it."""
+        return self._records.is_finished
+
+    @property
+    def dropped(self) -> int:
+        """How many messages the recorder lost, by what it wrote at its end."""
+        return self._records.dropped
 
     def __enter__(self) -> Self:
         try:
-            self._file: IO[bytes] = self.path.open("rb")
+            with ExitStack() as stack:
+                stack.enter_context(self._records)
+                self.beginning = self._begin()
+                stack.pop_all()
         except OSError as error:
             why = f"cannot be opened ({error.strerror or error})"
             raise RecordingFileError(self.path, why) from None
-        try:
-            self.beginning = self._begin()
-        except BaseException:
-            self._file.close()
-            raise
+        except UnreadableError as error:
+            raise RecordingFileError(self.path, "is no MCAP file") from error
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
+    def __exit__(self, *error: object) -> None:
+        self._records.__exit__(*error)
 
     def __iter__(self) -> Iterator[Entry]:
         while (message := self._read()) is not None:
-            channel = self._channels[message.channel_id]
+            channel = self._records.channels[message.channel_id]
             if channel.topic.startswith(WIRE):
                 name = channel.topic.removeprefix(WIRE)
                 yield Entry(
@@ -91,18 +79,12 @@ class RecordingReader:
                 )
 
     def _begin(self) -> Beginning:
-        reader = StreamReader(self._file, validate_crcs=True, record_size_limit=LARGEST_RECORD)
-        self._records: Iterator[Any] = reader.records
-        try:
-            header = next(self._records)
-        except (*DAMAGED, StopIteration) as error:
-            raise RecordingFileError(self.path, "is no MCAP file") from error
-        if not isinstance(header, rec.Header) or header.profile != PROFILE:
-            raise RecordingFileError(self.path, _wrong_profile(getattr(header, "profile", "")))
+        if self._records.profile != PROFILE:
+            raise RecordingFileError(self.path, _wrong_profile(self._records.profile))
         first = self._read()
         if first is None:
             raise RecordingFileError(self.path, "is cut off before its first message")
-        if self._channels[first.channel_id].topic != BEGINNING:
+        if self._records.channels[first.channel_id].topic != BEGINNING:
             raise RecordingFileError(self.path, "does not begin as a recording does")
         return self._beginning(first.data)
 
@@ -121,35 +103,18 @@ class RecordingReader:
     def _read(self) -> rec.Message | None:
         """The next message; None at the end, and where the file was cut off."""
         try:
-            return self._next_message()
-        except DAMAGED as error:
-            if not self._file.read(1):
-                # Killed while it was being written: all before that is as it was.
-                return None
-            said = (str(error) or type(error).__name__).splitlines()[0]
-            why = f"is damaged after {self._next} records ({said})"
-            raise RecordingFileError(self.path, why) from error
-
-    def _next_message(self) -> rec.Message | None:
-        for record in self._records:
-            match record:
-                case rec.Channel():
-                    self._channels[record.id] = record
-                case rec.Message():
+            for record in self._records:
+                if isinstance(record, rec.Message):
                     self._check(record)
                     return record
-                case rec.Metadata(name=name) if name == END:
-                    self.dropped = int(record.metadata.get("dropped", "0"))
-                    self.is_finished = True
-                case _:
-                    pass
+        except UnreadableError as error:
+            why = f"is damaged after {self._next} records ({error.why})"
+            raise RecordingFileError(self.path, why) from error
         return None
 
     def _check(self, message: rec.Message) -> None:
-        if message.channel_id not in self._channels:
-            raise ValueError(f"channel {message.channel_id} is not there")
         if message.sequence != self._next % SEQUENCES:
-            raise ValueError(f"record {self._next} is not there")
+            raise UnreadableError(self.path, f"record {self._next} is not there")
         self._next += 1
 
     def _payload(self, channel: rec.Channel, message: rec.Message) -> Payload:
