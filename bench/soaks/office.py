@@ -39,7 +39,7 @@ def specs_of_soak(options: SoakOptions, bus: BusOptions, folder: Path) -> list[P
         log_level="warning",
     )
     own: dict[str, dict[str, object]] = {
-        "xavier": {"rays": "auto"},
+        "xavier": {"rays": options.rays},
         "navigate": {"map": surveyed, "seed": options.seed, **options.navigator_options},
     }
     return [_with_flags(spec, own.get(spec.name, {})) for spec in office_specs(office, bus)]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from navigate.cli._naming import client_name
-from navigate.cli._where import in_words
 from navigate.messages import StopDriving
+from navigate.wording import in_words
 from tca_bus import Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, emit, emit_json
 

@@ -8,7 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from navigate.cli._naming import client_name
-from navigate.messages import Position, WhereAmI
+from navigate.messages import WhereAmI
+from navigate.wording import in_words
 from tca_bus import Module
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, emit, emit_json
 
@@ -44,12 +45,3 @@ async def where(
         emit_json(position)
     else:
         emit(in_words(position))
-
-
-def in_words(position: Position) -> str:
-    """A position in one line."""
-    room = f", at {position.room} ({position.confidence:.0%} sure)" if position.room else ""
-    return (
-        f"({position.x:.2f}, {position.y:.2f}) m, heading {position.theta:.2f} rad, "
-        f"give or take {position.deviation:.2f} m and {position.heading_deviation:.2f} rad{room}"
-    )

@@ -6,6 +6,7 @@ import math
 from datetime import UTC, datetime
 
 from navigate.messages import DriveProgress, Outlook, Position
+from navigate.wording import in_words
 from xavier_sim.messages import WorldView
 
 
@@ -23,11 +24,7 @@ def of_world(world: WorldView, position: Position) -> list[str]:
 def of_navigator(outlook: Outlook) -> list[str]:
     """What is believed, and how the drive goes."""
     belief, position = outlook.belief, outlook.belief.position
-    place = f", at {position.room} ({position.confidence:.0%} sure)" if position.room else ""
-    first = (
-        f"believed at ({position.x:.2f}, {position.y:.2f}) m, give or take "
-        f"{position.deviation:.2f} m{place}"
-    )
+    first = f"believed at {in_words(position, heading=False)}"
     second = f"entropy {belief.entropy:.1f} bit" + (", lost" if belief.lost else "")
     return [first, f"{second} · {of_drive(outlook.drive)}"]
 

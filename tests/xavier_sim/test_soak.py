@@ -24,10 +24,12 @@ from xavier_sim.soak._reaching import Reach
 from xavier_sim.world import World
 
 FLOOR = str(Path(__file__).parent / "soak_floor.yaml")
+QUICK = {"floor": FLOOR, "rays": "numpy"}
+"""A small floor, and no time spent on loading numba."""
 
 
 def soak_of(**options):
-    return Soak(SoakOptions(**{"floor": FLOOR, "seed": 3, "shut_share": 0.0, **options}))
+    return Soak(SoakOptions(**{**QUICK, "seed": 3, "shut_share": 0.0, **options}))
 
 
 def test_a_robot_runs_errands_from_room_to_room():

@@ -21,7 +21,7 @@ CONTRACT = [
     *("recoveries_per_km", "real_time_factor"),
 ]
 STANDING = "soak_sleeper:Sleeper"
-IDLE = {"floor": FLOOR, "seed": 1, "navigator": STANDING}
+IDLE = {"floor": FLOOR, "seed": 1, "navigator": STANDING, "rays": "numpy"}
 
 
 def command(*tokens):
@@ -61,7 +61,7 @@ def test_seeds_are_soaked_side_by_side_and_added_up(capsys, tmp_path):
     assert "seed 4: " in err
     assert "seed 2: " in err
     assert "seeds 4, 2" in page.read_text()
-    alone = SoakRun(SoakOptions(floor=FLOOR, seed=2, navigator=STANDING), tmp_path / "soak-2.json")
+    alone = SoakRun(SoakOptions(**{**IDLE, "seed": 2}), tmp_path / "soak-2.json")
     assert alone.resumed
     assert alone.outcome().summary().jobs == totals.seeds[1].jobs
 
@@ -142,6 +142,15 @@ def test_a_checkpoint_of_another_soak_is_refused(tmp_path):
         SoakRun(SoakOptions(**{**IDLE, "seed": 2}), file)
 
 
+def test_what_casts_the_rays_makes_no_other_soak(tmp_path):
+    file = tmp_path / "soak.json"
+    list(SoakRun(SoakOptions(**IDLE), file).jobs(0.0005))
+    document = json.loads(file.read_text())
+    document["options"]["rays"] = "numba"
+    file.write_text(json.dumps(document))
+    assert SoakRun(SoakOptions(**IDLE), file).resumed
+
+
 def test_a_checkpoint_cut_short_is_explained(tmp_path):
     file = tmp_path / "soak.json"
     list(SoakRun(SoakOptions(**IDLE), file).jobs(0.0005))
@@ -159,7 +168,7 @@ def test_options_that_a_navigator_does_not_take_are_named():
 
 
 def test_an_unknown_localizer_is_explained():
-    options = SoakOptions(floor=FLOOR, navigator_options={"localizer": "particle"})
+    options = SoakOptions(floor=FLOOR, navigator_options={"localizer": "particle"}, rays="numpy")
     with pytest.raises(TcaError, match=r"'particle' is none of .*particles"):
         SoakRun(options)
 

@@ -11,6 +11,7 @@ from cyclopts.validators import Number
 from tca_bus import ConfigError
 from xavier_sim.cli._worlds import Count, ProfileName
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.sensors import Rays
 from xavier_sim.soak import FaultKind, SoakOptions
 
 ERRANDS = Group("Errands", sort_key=10)
@@ -37,8 +38,8 @@ class ErrandFlags:
     navigator: str = "navigate"
     """Name of an installed navigator, or module:factory."""
     localizer: str | None = None
-    """What tells the navigator where it is, if it has a choice: for navigate "particles", "pomdp"
-    or "odometry"."""
+    """What tells the navigator where it is, if it has a choice: for navigate "pomdp", its default,
+    "particles" or "odometry"."""
     sigma: Annotated[float, Parameter(validator=Number(gte=0.0, lte=0.2))] = 0.03
     """Standard deviation of the errors in the navigator's map, metres."""
     shut: Share = 0.1
@@ -47,6 +48,9 @@ class ErrandFlags:
     """How often an hour somebody opens or shuts each door."""
     doors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000))] = 0
     """Go into every room and out again so many times, instead of anywhere at random."""
+    rays: Annotated[Rays, Parameter(env_var="XAVIER_RAYS")] = "auto"
+    """What casts the rays of the sensors: numba, the extra "fast", or numpy; auto takes numba where
+    it is installed. The soak is the same."""
 
     def options(self, seed: int) -> SoakOptions:
         """The options of the soak of a seed."""
@@ -63,6 +67,7 @@ class ErrandFlags:
             shut_share=self.shut,
             door_moves_per_hour=self.door_moves,
             doors_in_and_out=self.doors,
+            rays=self.rays,
         )
 
 

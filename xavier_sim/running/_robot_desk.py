@@ -16,18 +16,15 @@ from xavier_sim.messages import (
     FaultState,
     MoveDoor,
     PlateReading,
-    ReadBattery,
     ReadFaults,
     ReadPlate,
     ShowWorld,
-    TrueLocation,
-    WhereReally,
-    WorldDoors,
     WorldView,
 )
 from xavier_sim.running._faults import make_fault
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.sensors import NoSensorError
+from xavier_sim.truth_desk import TruthDesk
 from xavier_sim.world import NotFreeError
 
 if TYPE_CHECKING:
@@ -50,12 +47,10 @@ class RobotDesk:
         self._state, self._outlet, self._changed = state, outlet, changed
         self._told: BatteryState | None = None
         self._doors = state.world.doors()
-        module.serve(WhereReally, self._on_where)
-        module.serve(WorldDoors, self._on_doors)
+        TruthDesk(state, module)
         module.serve(ShowWorld, self._on_world)
         module.serve(MoveDoor, self._on_move_door)
         module.serve(ReadPlate, self._on_read_plate)
-        module.serve(ReadBattery, self._on_read_battery)
         module.serve(Fault, self._on_fault)
         module.serve(ReadFaults, self._on_faults)
 
@@ -82,12 +77,6 @@ class RobotDesk:
                 moved = DoorMoved(room=room, open=is_open, time=self._state.now)
                 await self._outlet.broadcast(moved)
 
-    async def _on_where(self, _query: WhereReally, _context: Context) -> TrueLocation:
-        return self._state.true_location()
-
-    async def _on_doors(self, _query: WorldDoors, _context: Context) -> list[DoorState]:
-        return self._state.door_states()
-
     async def _on_world(self, _query: ShowWorld, _context: Context) -> WorldView:
         return self._state.world_view()
 
@@ -107,9 +96,6 @@ class RobotDesk:
         reading = PlateReading(text=look.text, confidence=look.confidence, time=self._state.now)
         self._outlet.note(reading)
         return reading
-
-    async def _on_read_battery(self, _query: ReadBattery, _context: Context) -> BatteryState:
-        return self._state.battery_state()
 
     async def _on_faults(self, _query: ReadFaults, _context: Context) -> FaultState:
         return self._state.fault_state()

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.sensors import Rays
 from xavier_sim.soak._mishaps import FaultKind
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -20,6 +21,8 @@ class SoakOptions(BaseModel):
     at by somebody ``door_moves_per_hour`` times. With ``doors_in_and_out`` the robot is sent into
     every room and out again so many times, instead of anywhere at random. Between two jobs it
     stands for ``rest`` seconds.
+
+    ``rays`` says what casts the rays of the sensors, and changes nothing of the soak but its pace.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -37,8 +40,9 @@ class SoakOptions(BaseModel):
     door_moves_per_hour: float = Field(default=1.0, ge=0.0, le=3600.0)
     doors_in_and_out: int = Field(default=0, ge=0, le=1000)
     rest: float = Field(default=2.0, ge=0.0, le=3600.0)
+    rays: Rays = "auto"
 
     def differences(self, other: SoakOptions) -> dict[str, tuple[object, object]]:
-        """The fields in which two differ, with both values."""
-        mine, others = self.model_dump(), other.model_dump()
+        """The fields in which two differ that make another soak, with both values."""
+        mine, others = self.model_dump(exclude={"rays"}), other.model_dump(exclude={"rays"})
         return {name: (mine[name], others[name]) for name in mine if mine[name] != others[name]}

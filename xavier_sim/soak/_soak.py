@@ -44,7 +44,7 @@ class Soak:
             PROFILES[options.profile],
             people=options.people,
             carts=options.carts,
-            rays="auto",
+            rays=options.rays,
         )
         self.course = Course(plan, options)
         self._robot = RobotState(self.world, SimClock(EPOCH), speed=None)
