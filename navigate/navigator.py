@@ -20,6 +20,7 @@ from navigate.body import (
 from navigate.driving import (
     STOP,
     DoorLog,
+    DoorWatch,
     Drive,
     Driver,
     Surroundings,
@@ -44,6 +45,9 @@ AT_GOAL = 0.6
 
 SIGHT = 2.5
 """Metres from a door within which its plate can be read."""
+
+SURE_OF_DOORS = 0.2
+"""Doubt in metres about its position up to which the robot knows which door it passes."""
 
 SEARCH_EVERY = 8
 """Ticks between two searches while the robot stands and is lost."""
@@ -72,7 +76,8 @@ class Navigator:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "time", "_odom", "_heard", "_still_ticks", "_searches",
-        "localizer", "memory", "perception", "surroundings", "doors", "_confidence",
+        "localizer", "memory", "perception", "surroundings", "doors", "_door_watch",
+        "_confidence",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
@@ -83,6 +88,7 @@ class Navigator:
         self.perception = Perception()
         self.surroundings = Surroundings()
         self.doors = DoorLog()
+        self._door_watch = DoorWatch(floor.doors.values())
         self.driver = Driver(self.planner, self.memory, self.doors)
         self.distances = Distances(self.planner)
         self._confidence = Confidence(floor, self.localizer)
@@ -108,6 +114,7 @@ class Navigator:
         self._still_ticks = self._still_ticks + 1 if still else 0
         self._listen(sensors)
         self._search()
+        self._watch_doors()
         self.wheels = self.driver.step(self._view(sensors))
         return self.wheels
 
@@ -312,6 +319,18 @@ class Navigator:
             radius = SEARCH_RADII[min(self._searches, len(SEARCH_RADII) - 1)]
             self._searches += 1
             self.localizer.recover(self._ranges, radius=radius)
+
+    def _watch_doors(self) -> None:
+        """Remember how doors stand that the robot passes."""
+        here = self.localizer.estimate
+        if self.localizer.lost or here.deviation > SURE_OF_DOORS:
+            self._door_watch.forget()
+            return
+        for door, is_open in self._door_watch.look(here.pose, self._percept, self.time):
+            if is_open:
+                self.memory.opened(door)
+            else:
+                self.memory.glimpse(door, self.time)
 
     def _advice(self) -> float | None:
         """Where a robot that is lost on its way had best go, as far as belief says."""

@@ -1,6 +1,7 @@
 """How to go there: manoeuvres, obstacle avoidance, doors, reactive safety."""
 
 from navigate.driving._doorlog import DoorLog, DoorTally
+from navigate.driving._doorwatch import DoorWatch
 from navigate.driving._drive import Drive, GoalFailedError
 from navigate.driving._driver import Driver
 from navigate.driving._safety import must_stop
@@ -11,6 +12,7 @@ __all__ = [
     "STOP",
     "DoorLog",
     "DoorTally",
+    "DoorWatch",
     "Drive",
     "Driver",
     "GoalFailedError",

@@ -31,15 +31,22 @@ class Memory:
 
     def __init__(self) -> None:
         self._doors: dict[str, float] = {}
+        self._glimpsed: dict[str, float] = {}
         self._points: dict[Point, float] = {}
 
     def shut(self, door: str, now: float) -> None:
         """Remember that a door was found shut."""
         self._doors[door] = now
+        self._glimpsed.pop(door, None)
+
+    def glimpse(self, door: str, now: float) -> None:
+        """Remember that a door looked shut in passing: likely, and never for certain."""
+        self._glimpsed[door] = now
 
     def opened(self, door: str) -> None:
-        """Forget it: the robot has just passed."""
+        """Forget it: the robot has just passed through, or by it."""
         self._doors.pop(door, None)
+        self._glimpsed.pop(door, None)
 
     def blocked(self, at: Point, now: float) -> None:
         """Remember that something stands in the way."""
@@ -48,10 +55,11 @@ class Memory:
     def forget_since(self, when: float) -> None:
         """Forget what was seen from ``when`` on: the robot was not where it believed to be."""
         self._doors = {name: at for name, at in self._doors.items() if at < when}
+        self._glimpsed = {name: at for name, at in self._glimpsed.items() if at < when}
         self._points = {spot: at for spot, at in self._points.items() if at < when}
 
     def believed(self, now: float, *, age: float = REMEMBER) -> Hindrances:
-        """What was seen within ``age`` seconds, as if it were so still."""
+        """What was met within ``age`` seconds, as if it were so still; not what was glimpsed."""
         self._forget(now)
         return Hindrances(
             frozenset(name for name, at in self._doors.items() if now - at < age),
@@ -68,12 +76,13 @@ class Memory:
         self._forget(now)
         certain = 0.0 if way_is_free else CERTAIN
         doors, points = self._doors.items(), self._points.items()
+        certainly = frozenset(name for name, at in doors if now - at < CERTAIN)
+        # What was glimpsed of a door is later than what was met at it.
+        likely = {name: at for name, at in doors if now - at >= CERTAIN} | self._glimpsed
         return Hindrances(
-            frozenset(name for name, at in doors if now - at < CERTAIN),
+            certainly,
             tuple(spot for spot, at in points if now - at < certain),
-            tuple(
-                (name, SHUT_COSTS * still_so(now - at)) for name, at in doors if now - at >= CERTAIN
-            ),
+            tuple((name, SHUT_COSTS * still_so(now - at)) for name, at in likely.items()),
             tuple(
                 (spot, BLOCKED_COSTS * still_so(now - at))
                 for spot, at in points
@@ -83,6 +92,7 @@ class Memory:
 
     def _forget(self, now: float) -> None:
         self._doors = {name: at for name, at in self._doors.items() if now - at < FORGOTTEN}
+        self._glimpsed = {d: at for d, at in self._glimpsed.items() if now - at < FORGOTTEN}
         self._points = {spot: at for spot, at in self._points.items() if now - at < FORGOTTEN}
 
     @property
@@ -97,12 +107,16 @@ class Memory:
         """What `restore` needs."""
         return {
             "doors": [[name, at] for name, at in self._doors.items()],
+            "glimpsed": [[name, at] for name, at in self._glimpsed.items()],
             "points": [[x, y, at] for (x, y), at in self._points.items()],
         }
 
     def restore(self, state: dict[str, list[list[float | str]]]) -> None:
         """Go back to a snapshot."""
         self._doors = {str(name): float(at) for name, at in state["doors"]}
+        # States that older versions kept have none.
+        glimpsed = state.get("glimpsed", [])
+        self._glimpsed = {str(name): float(at) for name, at in glimpsed}
         self._points = {(float(x), float(y)): float(at) for x, y, at in state["points"]}
 
 
