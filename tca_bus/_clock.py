@@ -221,7 +221,9 @@ class SimulatedClock(Clock):
 
     def move_to(self, now: float) -> None:
         """Set the time and wake all whose time has come; it may go back after a restart."""
-        self._time = now
+        # Told once more, a time does not go back behind one for which somebody was woken.
+        if self._time is None or not now <= self._time <= now + TIME_GRAIN:
+            self._time = now
         self._ready.set()
         while self._alarms and self._alarms[0].when <= now + TIME_GRAIN:
             self._ring(heapq.heappop(self._alarms))

@@ -171,6 +171,18 @@ async def test_a_time_a_hair_before_is_that_time_and_reads_so():
     assert clock.now() >= 3.0
 
 
+async def test_a_time_told_once_more_does_not_go_back_a_hair():
+    clock, _ = announcing()
+    sleeper = asyncio.create_task(clock.sleep_until(3.0))
+    await asyncio.sleep(0)
+    for _ in range(2):
+        clock.move_to(3.0 - 1e-7)
+        await sleeper
+        assert clock.now() == 3.0
+    clock.move_to(3.1)
+    assert clock.now() == 3.1
+
+
 async def test_simulated_time_is_unknown_until_it_is_told():
     clock = SimulatedClock()
     with pytest.raises(TimedOutError):
