@@ -92,6 +92,11 @@ class MarkovBelief:
             near |= np.hypot(at[:, 0] - x, at[:, 1] - y) <= within
         self._set(self.chances * np.tile(np.where(near, sure, 1.0 - sure), TURNS))
 
+    def favour(self, pose: Pose, *, within: float, sure: float) -> None:
+        """Take in that ``pose`` is right, give or take some metres, with probability ``sure``."""
+        about = self._about(pose[:2], within=within, heading=pose[2])
+        self._set(self.chances * np.where(about, sure, 1.0 - sure).ravel())
+
     @property
     def entropy(self) -> float:
         """Bits, over all states."""
@@ -111,10 +116,15 @@ class MarkovBelief:
 
     def mass(self, at: Point, *, within: float, heading: float) -> float:
         """The mass of the states ``within`` metres of a point that look about along a heading."""
+        about = self._about(at, within=within, heading=heading)
+        return float(self.chances.reshape(TURNS, -1)[about].sum())
+
+    def _about(self, at: Point, *, within: float, heading: float) -> NDArray[np.bool_]:
+        """Which states those are: shape (4, n)."""
         locations = self.model.locations.at
         close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
         turns = np.cos(np.arange(TURNS) * math.pi / 2 - heading)
-        return float(self.chances.reshape(TURNS, -1)[turns > LOOKING][:, close].sum())
+        return np.asarray((turns > LOOKING)[:, None] & close)
 
     def likely(self) -> Pose:
         """The most likely state: the middle of its cell, and the direction it looks in."""

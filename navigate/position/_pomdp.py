@@ -66,8 +66,15 @@ BESIDE = 3.0
 CELL = 1.0
 """Metres of deviation beyond which the tracked pose says no more than the cells do."""
 
-TRACKED = 0.6
-"""How sure a cell is, at each report, for being that of a tracked pose which readings fit."""
+DOUBTFUL = 0.8
+"""Agreement that speaks neither for nor against the tracked pose.
+
+In kidnapped robots right poses had 0.8 to 1.0; wrong ones 0.0 to 0.6, or 0.7 to 0.8 in a corridor
+like the right one.
+"""
+
+VOUCHING = 9.0
+"""Logits by which more agreement speaks for it at each report; readings err together."""
 
 SUPPORT = 1.6
 """Metres from the tracked pose within which cells speak for it: it may lie between two."""
@@ -82,7 +89,11 @@ COVERED = 0.6
 """Belief that must lie in these states for what fits in one of them to say anything."""
 
 ASTRAY = 0.5
-"""What a lost robot leaves for the chance to be in any cell around, whatever it believed."""
+"""What a lost robot leaves for the chance to be in any cell a metre around, whatever it believed.
+
+The farther it has to look around, the less: it was looked for there in vain, and cells have
+had the time to tell.
+"""
 
 UNHEARD = 0.3
 """Share of the belief that must speak for a directive."""
@@ -204,6 +215,7 @@ class PomdpLocalizer:
             self.markov.report(report)
             if isinstance(report, Moved):
                 self._see()
+            self._vouch()
             self._weigh()
 
     def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
@@ -270,7 +282,7 @@ class PomdpLocalizer:
         if self._search.busy:
             return
         middles, mass = self.markov.suspects(
-            self._tracker.pose[:2], within=radius, astray=ASTRAY, most=STATES
+            self._tracker.pose[:2], within=radius, astray=ASTRAY / max(1.0, radius), most=STATES
         )
         if mass.sum() < COVERED:
             return
@@ -310,8 +322,12 @@ class PomdpLocalizer:
             look_aside(self._grid, facing, left=True),
             look_aside(self._grid, facing, left=False),
         )
-        if self.agreement >= SOUND_AGREEMENT and self.estimate.deviation < CELL:
-            self.markov.notice([self._tracker.pose[:2]], within=SUPPORT, sure=TRACKED)
+
+    def _vouch(self) -> None:
+        """Let the cells know how well what is heard fits the tracked pose."""
+        if self.estimate.deviation < CELL:
+            sure = 1.0 / (1.0 + math.exp(VOUCHING * (DOUBTFUL - self.agreement)))
+            self.markov.favour(self._tracker.pose, within=SUPPORT, sure=sure)
 
     def _weigh(self) -> None:
         """How much of the belief speaks for the tracked pose."""

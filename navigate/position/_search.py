@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from navigate.body import BEARINGS, RING_RADIUS, Pose
-from navigate.maps import Floats
+from navigate.maps import Floats, Point
 from navigate.position._expected import Codes, ExpectedRanges, Indices, direction_of
 from navigate.position._sonar_model import log_likelihood
 
@@ -61,6 +61,7 @@ class Search:
 
     def __init__(self, expected: ExpectedRanges) -> None:
         self._expected = expected
+        self._around: dict[Point, Codes] = {}
         self.stop()
 
     def stop(self) -> None:
@@ -130,7 +131,7 @@ class Search:
         readings = self._ranges[heard] + RING_RADIUS
         turned = cells[:, 2, None] + grid.turns
         looks = direction_of(turned[:, :, None] + BEARINGS[heard])
-        around = _panoramas(self._expected, cells, grid)
+        around = np.stack([self._panorama(x, y, grid) for x, y in cells[:, :2].tolist()])
         spots = np.arange(around.shape[1])
         rows = np.arange(len(cells))[:, None, None, None]
         codes = around[rows, spots[:, None, None], looks[:, None]]
@@ -138,14 +139,17 @@ class Search:
         fits = fits.reshape(len(cells), len(spots), len(grid.turns))
         return _winners(fits, cells, turned, grid)
 
+    def _panorama(self, x: float, y: float, grid: _Grid) -> Codes:
+        """What is to be heard in all directions from the points of a grid: (points, directions).
 
-def _panoramas(expected: ExpectedRanges, cells: Floats, grid: _Grid) -> Codes:
-    """What is to be heard in all directions from the points of a grid: (n, points, directions)."""
-    seen: dict[tuple[float, float], Codes] = {}
-    for x, y in cells[:, :2].tolist():
-        if (x, y) not in seen:
-            seen[x, y] = expected.panorama(x + grid.along, y + grid.along)
-    return np.stack([seen[x, y] for x, y in cells[:, :2].tolist()])
+        That of a whole cell is kept: a robot that stays lost looks there again and again.
+        """
+        if (known := self._around.get((x, y))) is not None and grid is _COARSE:
+            return known
+        heard = self._expected.panorama(x + grid.along, y + grid.along)
+        if grid is _COARSE:
+            self._around[x, y] = heard
+        return heard
 
 
 def _winners(fits: Floats, cells: Floats, turned: Floats, grid: _Grid) -> tuple[Floats, Floats]:
