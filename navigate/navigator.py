@@ -339,6 +339,13 @@ class Navigator:
             return None
         return self.localizer.way_to(drive.goal)
 
+    def _goal_mass(self) -> float:
+        """How much of belief is at the goal of a robot that is near it; 1.0 on the way."""
+        drive = self.driver.drive
+        if drive is None or drive.done or math.dist(self.pose[:2], drive.goal) > AT_GOAL:
+            return 1.0
+        return self.mass_at(drive.goal)
+
     def _view(self, sensors: Sensors) -> View:
         odom, here = self._odom or ORIGIN, self._percept
         around = self.surroundings.picture(odom, within=ECHO_RANGE)
@@ -354,6 +361,7 @@ class Navigator:
             spreads=around.spreads,
             lost=self.localizer.lost,
             advice=self._advice(),
+            goal_mass=self._goal_mass(),
             speed=sensors.speed,
             turn=sensors.turn_rate,
             striper=here.striper,

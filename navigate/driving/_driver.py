@@ -29,7 +29,7 @@ from navigate.driving._view import (
     WayBlocked,
     Wheels,
 )
-from navigate.driving._wander import find_oneself
+from navigate.driving._wander import find_oneself, make_sure
 from navigate.maps import Floats, Passage, Point, frame
 from navigate.messages import NavigationFailure
 from navigate.routes import (
@@ -181,8 +181,7 @@ class Driver:
                 view = yield from _go(view, way, drive, behind_door=behind_door)
             behind_door = step.door is not None
             start = drive.steps.pop(0).to
-        _check(view)
-        return view
+        return (yield from make_sure(view))
 
     def _pass(self, drive: Drive, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
         drive.in_door = True

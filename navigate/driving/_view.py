@@ -45,7 +45,8 @@ class View:
     ``spreads`` (n,) the radians to either side within which each may be; a sonar's cone when it is
     None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the
     ranges of its beams, metres, empty on a robot that has none. ``advice`` is where a lost
-    robot had best go, radians to the left of ahead, as far as its belief says.
+    robot had best go, radians to the left of ahead, as far as its belief says. ``goal_mass`` is the
+    share of its belief that lies at the goal, 0 to 1, once it is near; 1 on the way.
     """
 
     time: float
@@ -57,6 +58,7 @@ class View:
     echoes: Floats
     lost: bool = False
     advice: float | None = None
+    goal_mass: float = 1.0
     speed: float = 0.0
     turn: float = 0.0
     striper: Floats = field(default_factory=lambda: np.empty(0))

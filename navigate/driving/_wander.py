@@ -34,6 +34,24 @@ ADVISED_SPEED, ADVISED_METRES = 0.4, 3.0
 OPEN = 1.0
 """Metres that must be free there."""
 
+SURE = 0.8
+"""Share of belief that must lie at the goal for the robot to have arrived there."""
+
+
+def make_sure(view: View) -> Manoeuvre[View]:
+    """At the goal, look round until belief is there as well.
+
+    Raises:
+        Astray: it is not, for `LOOK_SECONDS`, or the robot is lost.
+    """
+    until = view.time + LOOK_SECONDS
+    while view.lost or view.goal_mass < SURE:
+        if view.lost or view.time > until:
+            raise Astray
+        view = yield from wait(view, STAND_SECONDS)
+        view = yield from turn_by(view, LOOK_TURN)
+    return view
+
 
 def find_oneself(view: View) -> Manoeuvre[View]:
     """Turn, stand and go about until the position is found again.

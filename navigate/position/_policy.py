@@ -32,7 +32,7 @@ TOO_FAR = 3600.0
 STOP_BESIDE = 600.0
 """Cost of stopping where the goal is not, seconds."""
 
-AT_GOAL = 0.8
+AT_GOAL = 0.9
 """Metres from a goal within which a location is at it; the nearest is in any case."""
 
 SETTLED = 0.01

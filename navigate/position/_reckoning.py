@@ -71,7 +71,7 @@ class DeadReckoning:
 
     def mass_near(self, x: float, y: float, *, within: float) -> float:
         """1 within that distance, else 0."""
-        return float(math.dist(self._pose[:2], (x, y)) <= within)
+        return float(math.dist(self.estimate.pose[:2], (x, y)) <= within)
 
     def fit(self, pose: Pose, ranges: Floats) -> float:
         """The share of a ring of readings that a robot at ``pose`` would have, 0 to 1."""

@@ -185,6 +185,8 @@ def test_it_advises_on_the_way(localizer):
     assert way(localizer, goal) == pytest.approx(-0.2)
     localizer.place((7.57, 20.0, -NORTH))
     assert abs(way(localizer, goal)) == pytest.approx(math.pi / 2)
+    localizer.place((*goal, math.pi))
+    assert way(localizer, goal) is None
 
 
 def test_its_state_is_kept_and_gone_on_with_bit_for_bit(localizer):
