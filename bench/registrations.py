@@ -5,7 +5,8 @@
 
 The modules are stand-ins in one process that speak what `docs/wire.md` says and no more: each has
 a Zenoh session, a token, introduces itself, and handles a command of its own. With ``--processes``
-they are real ones, spread over so many processes, and each has to see all others. Prints the wall
+they are real ones, spread over so many processes, and each has to see all others; those of one
+process share a Zenoh session, or with ``--session own`` do not. Prints the wall
 seconds until a bystander sees all of them, until they see each other, until every one has carried
 out its command, and the resident memory of central and the router before and after, in MB. What an
 operating system's limit forbids is named at once.
@@ -26,14 +27,14 @@ import sys
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import zenoh
 from zenoh.handlers import Callback
 
 from tca_bus import BusOptions, Command, Constraint, Module
+from tca_bus._joining import client_config
 from tca_bus._protocol import ModuleCard, Outcome, ProvidedMessage, ReportOutcome, Taken
-from tca_bus._session import client_config
 from tca_bus.launcher import ModulePresent, RouterListening
 from tca_bus.testing import eventually
 
@@ -121,9 +122,11 @@ def serve(endpoint: str, count: int) -> None:
         module.answer(query)
 
 
-async def crowd(endpoint: str, first: int, count: int, everybody: int) -> None:
+async def crowd(
+    endpoint: str, session: Literal["own", "shared"], first: int, count: int, everybody: int
+) -> None:
     """Be ``count`` real modules from number ``first`` on; say when each sees ``everybody``."""
-    options = BusOptions(connect=endpoint, realm=REALM, connect_timeout=PATIENCE)
+    options = BusOptions(connect=endpoint, realm=REALM, connect_timeout=PATIENCE, session=session)
     async with contextlib.AsyncExitStack() as stack:
         modules = []
         for number in range(first, first + count):
@@ -196,21 +199,23 @@ async def put_to_work(boss: Module, count: int) -> None:
 
 
 async def start_crowds(
-    stack: contextlib.AsyncExitStack, endpoint: str, count: int, processes: int
+    stack: contextlib.AsyncExitStack, endpoint: str, count: int, processes: int, session: str
 ) -> list[asyncio.subprocess.Process]:
     """Start the processes of real modules; central and the boss are there too."""
     started = []
     for place in range(processes):
         first, after = (count * bound // processes for bound in (place, place + 1))
-        arguments = (__file__, "--crowd", endpoint, *map(str, (first, after - first, count + 2)))
-        # A session that loses its link keeps one of Zenoh's receiving threads waiting, and with
-        # only two of them all sessions of a process would soon have lost theirs.
-        runtime = f"(rx: (worker_threads: {after - first + 2}))"
+        arguments = (
+            __file__,
+            "--crowd",
+            endpoint,
+            session,
+            *map(str, (first, after - first, count + 2)),
+        )
         child = await asyncio.create_subprocess_exec(
             sys.executable,
             *arguments,
             stdout=asyncio.subprocess.PIPE,
-            env={**os.environ, "ZENOH_RUNTIME": runtime},
         )
         stack.push_async_callback(_end, child)
         started.append(child)
@@ -231,7 +236,7 @@ async def see_each_other(crowds: list[asyncio.subprocess.Process]) -> int:
     return sum(map(int, lines))
 
 
-async def run(count: int, processes: int) -> None:
+async def run(count: int, processes: int, session: str) -> None:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -245,7 +250,7 @@ async def run(count: int, processes: int) -> None:
         boss = await stack.enter_async_context(Module("boss", options=options))
         before = memory(router), memory(central)
         begun = time.monotonic()
-        crowds = await start_crowds(stack, endpoint, count, processes)
+        crowds = await start_crowds(stack, endpoint, count, processes, session)
         if not crowds:
             await stack.enter_async_context(process(__file__, "--serve", endpoint, str(count)))
         await eventually(lambda: len(boss.modules()) == count + 2, timeout=PATIENCE)
@@ -266,18 +271,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--modules", type=int, default=1000)
     parser.add_argument("--processes", type=int, default=0, help="of real modules; 0: stand-ins")
+    ways = ("shared", "own")
+    parser.add_argument("--session", choices=ways, default="shared", help="of real modules")
     parser.add_argument("--serve", nargs=2, help=argparse.SUPPRESS)
-    parser.add_argument("--crowd", nargs=4, help=argparse.SUPPRESS)
+    parser.add_argument("--crowd", nargs=5, help=argparse.SUPPRESS)
     flags = parser.parse_args()
     if flags.serve:
         endpoint, count = flags.serve
         serve(endpoint, int(count))
     elif flags.crowd:
-        endpoint, *numbers = flags.crowd
-        asyncio.run(crowd(endpoint, *map(int, numbers)))
+        endpoint, session, *numbers = flags.crowd
+        asyncio.run(crowd(endpoint, session, *map(int, numbers)))
     else:
         check_limits(flags.modules, flags.processes)
-        asyncio.run(run(flags.modules, flags.processes))
+        asyncio.run(run(flags.modules, flags.processes, flags.session))
 
 
 if __name__ == "__main__":

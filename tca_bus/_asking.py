@@ -53,7 +53,7 @@ class Asking:
         box, post = core.session.mailbox(self._take)
         core.tally.counters["answers"] = lambda: box.dropped
         key = core.keys.answers_to(core.name, core.incarnation)
-        core.session.zenoh.declare_subscriber(key, post)
+        core.session.declare_subscriber(key, post)
         core.presence.listen(self._presence_changed)
         core.presence.listen_to_returns(self._returned)
 

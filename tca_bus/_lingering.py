@@ -14,11 +14,6 @@ import socket
 import struct
 from pathlib import Path
 
-import zenoh
-from zenoh.handlers import Callback
-
-from tca_bus._bridge import call_on
-
 OWN_FILES = Path("/dev/fd")
 """The folder of the open files of a process, on Linux and macOS."""
 
@@ -31,26 +26,22 @@ TOGETHER = 0.05
 
 
 class PromptClosing:
-    """Lets the links of a session close without waiting, now and those that are opened later."""
+    """Lets Zenoh's links close without waiting, now and those that are opened later."""
 
-    def __init__(self, session: zenoh.Session) -> None:
+    def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
         self._timer: asyncio.TimerHandle | None = None
-        session.info.declare_transport_events_listener(Callback(self._event), history=False)
         close_in_the_background()
+
+    def link_opened(self) -> None:
+        """See to a new link, and to others that are opened with it; called on the loop."""
+        if self._timer is None:
+            self._timer = self._loop.call_later(TOGETHER, self._rang)
 
     def end(self) -> None:
         """Stop the timer."""
         if self._timer is not None:
             self._timer.cancel()
-
-    def _event(self, event: zenoh.TransportEvent) -> None:
-        if event.kind == zenoh.SampleKind.PUT:
-            call_on(self._loop, self._set_timer)
-
-    def _set_timer(self) -> None:
-        if self._timer is None:
-            self._timer = self._loop.call_later(TOGETHER, self._rang)
 
     def _rang(self) -> None:
         self._timer = None

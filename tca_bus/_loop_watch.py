@@ -9,6 +9,7 @@ import threading
 import time
 import traceback
 from types import FrameType
+from weakref import WeakKeyDictionary
 
 logger = logging.getLogger(__name__)
 
@@ -23,24 +24,34 @@ FRAMES = 4
 
 
 async def watch_loop(module: str) -> None:
-    """Report, once each time, when the loop of ``module`` stands still, and where."""
-    watch = LoopWatch(module)
-    thread = threading.Thread(target=watch.run, name=f"{module}.loop_watch", daemon=True)
-    thread.start()
+    """Report, once each time, when the loop of ``module`` stands still, and where.
+
+    Modules of one loop have one thread for that.
+    """
+    loop = asyncio.get_running_loop()
+    watch = _watches.get(loop)
+    if watch is None:
+        watch = _watches[loop] = LoopWatch()
+        thread = threading.Thread(target=watch.run, name=f"{module}.loop_watch", daemon=True)
+        thread.start()
+    watch.modules.append(module)
     try:
         while True:
             watch.turned()
             await asyncio.sleep(PERIOD)
     finally:
-        watch.stop.set()
+        watch.modules.remove(module)
+        if not watch.modules:
+            watch.stop.set()
+            del _watches[loop]
 
 
 class LoopWatch:
     """Looks from a thread whether the loop that made it still turns."""
 
-    def __init__(self, module: str) -> None:
+    def __init__(self) -> None:
         self.stop = threading.Event()
-        self._module = module
+        self.modules: list[str] = []
         self._loop_thread = threading.get_ident()
         self._last_turn = time.monotonic()
 
@@ -71,10 +82,18 @@ class LoopWatch:
     def _report(self, seconds: float) -> None:
         frame = sys._current_frames().get(self._loop_thread)  # noqa: SLF001 - the only way
         logger.warning(
-            "the event loop of module %r has stood still for %.1f s; nothing else of the module "
+            "the event loop of module %s has stood still for %.1f s; nothing else of the module "
             "runs meanwhile. It is at:\n%s",
-            *(self._module, seconds, _place(frame)),
+            *(_names(self.modules), seconds, _place(frame)),
         )
+
+
+_watches: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopWatch] = WeakKeyDictionary()
+
+
+def _names(modules: list[str]) -> str:
+    first, *others = [*modules, "?"][: len(modules) or 1]
+    return f"{first!r} and {len(others)} more" if others else repr(first)
 
 
 def _place(frame: FrameType | None) -> str:

@@ -35,7 +35,9 @@ class BusOptions(BaseModel):
     follows: the wall, or the simulated time that the robot broadcasts. ``links`` says how messages
     travel: through the router, or directly between modules that all chose so; see
     docs/benchmarks.md for what that gains and costs. With ``ordered`` a module is handed all that
-    comes in the order of its coming, whatever its type; one on simulated time always is.
+    comes in the order of its coming, whatever its type; one on simulated time always is. With a
+    ``shared`` session, modules of one event loop that ``connect`` to the same router have one
+    connection to it and its threads in common, as hundreds in one process should.
 
     ``keys`` is a folder of 'tca keys', from which a module takes what is there for its name: a
     certificate on an encrypted endpoint, a password elsewhere. ``user`` and ``password`` go
@@ -56,6 +58,12 @@ class BusOptions(BaseModel):
     password: SecretStr | None = None
     links: Literal["router", "direct"] = "router"
     ordered: bool = False
+    session: Literal["own", "shared"] = "own"
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether modules of one process have their Zenoh session in common."""
+        return self.session == "shared"
 
     @property
     def is_direct(self) -> bool:
@@ -104,6 +112,14 @@ class BusOptions(BaseModel):
     def _check_links(self) -> Self:
         if self.is_direct and (self.keys is not None or self.user is not None):
             raise ValueError("links through the router with keys: direct ones pass its rules by")
+        return self
+
+    @model_validator(mode="after")
+    def _check_session(self) -> Self:
+        if self.is_shared and (self.keys is not None or self.user is not None):
+            raise ValueError("a session of its own with keys: the router knows a module by it")
+        if self.is_shared and self.is_direct:
+            raise ValueError("a session of its own with direct links: each pair of modules has one")
         return self
 
 

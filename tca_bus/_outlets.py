@@ -47,9 +47,9 @@ class Outlet:
             self._is_heard = self._publisher.matching_status
         return self._is_heard
 
-    def end(self) -> None:
+    def end(self, session: Session) -> None:
         """Undeclare the publisher."""
-        self._publisher.undeclare()
+        session.undeclare(self._publisher)
 
 
 class Outlets:
@@ -75,8 +75,8 @@ class Outlets:
     def forget(self, key: str) -> None:
         """Give up the outlet at a key, if there is one."""
         outlet = self._by_key.pop(key, None)
-        if outlet is not None and not self._session.is_closed:
-            outlet.end()
+        if outlet is not None:
+            outlet.end(self._session)
 
     def forget_module(self, incarnation: str) -> None:
         """Give up all outlets to a module that is gone."""
@@ -86,7 +86,7 @@ class Outlets:
     def _declare(self, key: str) -> Outlet:
         if len(self._by_key) >= self._most:
             self.forget(next(iter(self._by_key)))
-        publisher = self._session.zenoh.declare_publisher(key, congestion_control=self._control)
+        publisher = self._session.declare_publisher(key, congestion_control=self._control)
         outlet = self._by_key[key] = Outlet(publisher)
         return outlet
 

@@ -7,7 +7,7 @@ import os
 import socket
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from typing import Any
 
@@ -169,10 +169,10 @@ class Parts:
         self._announced = self.me
         key = self.core.keys.presence(self.me)
         old = self._token
-        self._token = self.core.session.zenoh.liveliness().declare_token(key)
+        self._token = self.core.session.declare_token(key)
         self.core.presence.add(key)
         if old is not None:
-            old.undeclare()
+            self.core.session.undeclare(old)
 
     def enter_stage(self, stage: Stage) -> None:
         """Say how ready the module is; from `Stage.READY` on everything is delivered to it."""
@@ -228,7 +228,7 @@ class Parts:
             incarnation=me.incarnation,
             pid=me.pid,
             host=me.host,
-            version=version(DISTRIBUTION),
+            version=_own_version(),
             started=self.started,
             provides=[handler.card() for handler in self.handlers if handler.is_provided],
             resources=self.handlers.resources.cards(),
@@ -242,6 +242,11 @@ class Parts:
             return WallClock()
         self.sim_time.begin()
         return self.sim_time.clock
+
+
+@cache
+def _own_version() -> str:
+    return version(DISTRIBUTION)
 
 
 async def _no_source(_: Subscription[Any]) -> Callable[[], None]:

@@ -94,7 +94,7 @@ class PresenceTable:
         self._own = own
         self._entries: dict[str, PresentModule] = {}
         self._suspects: dict[str, float] = {}
-        self._named: dict[str, PresentModule] = {}
+        self._by_name: dict[str, dict[str, PresentModule]] = {}
         self._providers: dict[str, list[PresentModule]] = {}
         # Those who are expected with the router, all by the same time: there may be thousands.
         self._expected: set[str] = set()
@@ -107,9 +107,10 @@ class PresenceTable:
 
     def expect(self, modules: Iterable[PresentModule], now: float) -> list[PresenceChange]:
         """Take modules for present that have yet to announce themselves."""
-        changes = [change for module in modules for change in self.put(module, now)]
+        awaited = list(modules)
+        changes = [change for module in awaited for change in self.put(module, now)]
         self._providers.clear()
-        self._expected |= self._entries.keys() - {self._own}
+        self._expected |= {module.incarnation for module in awaited} - {self._own}
         self._return_by, self._expected_by = now + LONGEST_RECONNECT, now + RECONNECT_GRACE
         return changes
 
@@ -129,15 +130,20 @@ class PresenceTable:
             return []
         changes = self._replace(module) if known is None else []
         self._entries[module.incarnation] = module
+        self._by_name.setdefault(module.name, {})[module.incarnation] = module
         return [*changes, PresenceChange(module, appeared=True)]
 
-    def delete(self, module: PresentModule, now: float) -> None:
-        """A token vanished; one that its module has replaced is of no interest."""
+    def delete(self, module: PresentModule, now: float) -> float:
+        """A token vanished; one that its module has replaced is of no interest.
+
+        Gives when its module is due to be lost, infinity for never.
+        """
         self._forget_look_ups()
         key = module.incarnation
         if self._entries.get(key) == module and key != self._own and key not in self._expected:
             grace = 0.0 if self._has_successor(module) else VANISH_GRACE
-            self._suspects.setdefault(key, now + grace)
+            return self._suspects.setdefault(key, now + grace)
+        return math.inf
 
     def router_lost(self, *, is_direct: bool = False) -> None:
         """The transport closed: everybody else is suspect until it is back.
@@ -183,13 +189,8 @@ class PresenceTable:
 
     def named(self, name: str) -> PresentModule | None:
         """The newest incarnation of a module, suspect or not."""
-        found = self._named.get(name)
-        if found is None:
-            entries = (entry for entry in self._entries.values() if entry.name == name)
-            found = max(entries, key=lambda entry: entry.incarnation, default=None)
-            if found is not None:
-                self._named[name] = found
-        return found
+        entries = self._by_name.get(name, {}).values()
+        return max(entries, key=lambda entry: entry.incarnation, default=None)
 
     def providers(self, message: str) -> list[PresentModule]:
         """The newest incarnation of each module that handles ``message``, certain ones first."""
@@ -225,8 +226,8 @@ class PresenceTable:
             return []
         return [
             entry
-            for key, entry in self._entries.items()
-            if entry.name == own.name and key != self._own and not self._is_suspect(key)
+            for key, entry in self._by_name[own.name].items()
+            if key != self._own and not self._is_suspect(key)
         ]
 
     def resources(self) -> set[str]:
@@ -242,13 +243,18 @@ class PresenceTable:
     def _lose(self, incarnation: str) -> PresenceChange:
         self._suspects.pop(incarnation, None)
         self._expected.discard(incarnation)
-        return PresenceChange(self._entries.pop(incarnation), appeared=False)
+        module = self._entries.pop(incarnation)
+        namesakes = self._by_name[module.name]
+        del namesakes[incarnation]
+        if not namesakes:
+            del self._by_name[module.name]
+        return PresenceChange(module, appeared=False)
 
     def _replace(self, module: PresentModule) -> list[PresenceChange]:
         """Lose the suspects that ``module`` is the next start of."""
-        suspects = [*self._suspects, *self._expected]
-        earlier = [key for key in suspects if key < module.incarnation]
-        return [self._lose(key) for key in earlier if self._entries[key].name == module.name]
+        namesakes = self._by_name.get(module.name, {})
+        earlier = [key for key in namesakes if key < module.incarnation and self._is_suspect(key)]
+        return [self._lose(key) for key in earlier]
 
     def _has_successor(self, module: PresentModule) -> bool:
         newest = self.named(module.name)
@@ -264,5 +270,4 @@ class PresenceTable:
         return {name for entry in self._entries.values() for name in entry.provides}
 
     def _forget_look_ups(self) -> None:
-        self._named.clear()
         self._providers.clear()

@@ -13,15 +13,12 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
 from typing import Any
 
-import zenoh
-from zenoh.handlers import Callback
-
-from tca_bus._bridge import Mailbox, call_on
 from tca_bus._keys import Keys, parse_presence
 from tca_bus._permissions import Permissions
 from tca_bus._presence import PresenceChange, PresenceTable, PresentModule
-from tca_bus._session import MAILBOX_SIZE, SETTLE_TIMEOUT, Session
+from tca_bus._session import SETTLE_TIMEOUT, Session
 from tca_bus._tally import Tally
+from tca_bus._token_watch import Listing, Token
 
 logger = logging.getLogger(__name__)
 
@@ -29,20 +26,6 @@ ASK_AGAIN = 0.1
 """Wall seconds before Zenoh is asked again that did not answer."""
 
 Listener = Callable[[PresenceChange], None]
-
-
-@dataclass(frozen=True, slots=True)
-class _Token:
-    key: str
-    is_put: bool
-
-
-@dataclass
-class _Listing:
-    """What Zenoh answered when it was asked for all tokens, and whether it answered in time."""
-
-    tokens: list[_Token] = field(default_factory=list)
-    is_whole: bool = True
 
 
 @dataclass
@@ -61,48 +44,31 @@ class PresenceFeed:
         self._listeners: list[Listener] = []
         self._return_listeners: list[Callable[[PresentModule], None]] = []
         self._timer: asyncio.TimerHandle | None = None
-        self._changed = asyncio.Event()
+        self._timer_due = math.inf
+        self._changed: asyncio.Event | None = None
         self._warned_of: set[str] = set()
         self._loop = asyncio.get_running_loop()
         self._own_token = ""
         self._is_asking = False
         self._vanished: set[str] = set()
+        self._tokens = self.session.tokens(self.keys.all_presence())
+        self._end_following: Callable[[], None] = _nothing
 
     async def begin(self, timeout: float) -> None:
-        """List the tokens that are there already, then declare the subscriber.
+        """Take the tokens that are there already, and follow what changes.
 
         Raises:
             TimeoutError: The router did not list them within ``timeout`` wall seconds.
         """
-        box = Mailbox[_Token](self._take, size=MAILBOX_SIZE)
-
-        def post(sample: zenoh.Sample) -> None:
-            box.post(_token_of(sample))
-
-        live = self.session.zenoh.liveliness()
-        # Under a subscriber that has no history yet, Zenoh would answer the list with nothing.
-        listing, listed = _Listing(), asyncio.Event()
-        self._list(timeout, listing, listed.set)
-        await asyncio.wait_for(listed.wait(), timeout + 1.0)
-        live.declare_subscriber(self.keys.all_presence(), Callback(post), history=True)
-        modules = [module for token in listing.tokens if (module := self._module_of(token))]
-        # Suspects until the history names them too: one may have vanished in between.
+        listed, self._end_following = await self._tokens.follow(self._take, timeout)
+        modules = [module for token in listed if (module := self._module_of(token))]
+        # Suspects until Zenoh names them itself: one may have vanished in between.
         self._after_event(self.table.expect(modules, self._loop.time()))
 
-    def _list(self, timeout: float, listing: _Listing, done: Callable[[], None]) -> None:
-        """Collect all tokens that Zenoh knows of; then ``done`` is called on the loop."""
-
-        def on_reply(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
-                listing.tokens.append(_token_of(reply.ok))
-            else:
-                listing.is_whole = False
-
-        ending = Callback(on_reply, lambda: call_on(self._loop, done), indirect=False)
-        self.session.zenoh.liveliness().get(self.keys.all_presence(), ending, timeout=timeout)
-
     def end(self) -> None:
-        """Stop the timer."""
+        """Follow no longer."""
+        self._end_following()
+        self._end_following = _nothing
         if self._timer is not None:
             self._timer.cancel()
 
@@ -118,7 +84,7 @@ class PresenceFeed:
     def add(self, key: str) -> None:
         """Take a token of this module's own, without waiting for Zenoh to tell of it."""
         self._own_token = key
-        self._take(_Token(key, is_put=True))
+        self._tokens.take(Token(key, is_put=True))
 
     def transport_changed(self, is_up: bool) -> None:
         """The way to the router opened or closed."""
@@ -131,13 +97,15 @@ class PresenceFeed:
     async def until(self, condition: Callable[[], bool]) -> None:
         """Wait until ``condition``, which is about the table, holds."""
         while not condition():
-            await self._changed.wait()
+            await self.changed()
 
     def changed(self) -> Coroutine[Any, Any, Any]:
         """Wait for the next event about modules or the router, from the call on."""
+        if self._changed is None:
+            self._changed = asyncio.Event()
         return self._changed.wait()
 
-    def _take(self, token: _Token) -> None:
+    def _take(self, token: Token) -> None:
         module = self._module_of(token)
         if module is None:
             return
@@ -146,16 +114,18 @@ class PresenceFeed:
         else:
             if self._is_asking:
                 self._vanished.add(token.key)
-            self.table.delete(module, self._loop.time())
-            self._after_event([])
+            due = self.table.delete(module, self._loop.time())
+            self._tell([])
+            self._ring_by(due)
 
     def _put(self, module: PresentModule) -> None:
         has_returned = self.table.state_of(module.incarnation) is None
-        self._after_event(self.table.put(module, self._loop.time()))
+        # Nobody is due the sooner for it, and there may be a thousand of them.
+        self._tell(self.table.put(module, self._loop.time()))
         if has_returned:
             self._tell_return(module)
 
-    def _module_of(self, token: _Token) -> PresentModule | None:
+    def _module_of(self, token: Token) -> PresentModule | None:
         try:
             return self.permissions.vouch(parse_presence(token.key))
         except ValueError as error:
@@ -168,15 +138,21 @@ class PresenceFeed:
             listener(module)
 
     def _after_event(self, changes: list[PresenceChange]) -> None:
+        self._tell(changes)
+        self._set_timer()
+
+    def _tell(self, changes: list[PresenceChange]) -> None:
         # Waiters look again; the event is only a bell.
-        self._changed.set()
-        self._changed = asyncio.Event()
+        if self._changed is not None:
+            self._changed.set()
+            self._changed = None
+        if not changes:
+            return
         if any(change.appeared and self.table.is_own_name(change.module) for change in changes):
             self._warn_of_namesakes()
         for change in changes:
             for listener in list(self._listeners):
                 listener(change)
-        self._set_timer()
 
     def _warn_of_namesakes(self) -> None:
         for other in self.table.namesakes():
@@ -190,14 +166,18 @@ class PresenceFeed:
             )
 
     def _set_timer(self, *, earliest: float = 0.0) -> None:
-        due = max(self.table.next_expiry(), earliest)
+        self._ring_by(max(self.table.next_expiry(), earliest), earliest)
+
+    def _ring_by(self, due: float, earliest: float = 0.0) -> None:
         if due == math.inf or self._is_asking:
             return
         # One that rings too early is cheaper than a new one for each of a thousand tokens.
-        if self._timer is not None and self._timer.when() > due:
+        if self._timer is not None and self._timer_due > due:
             self._timer.cancel()
             self._timer = None
         if self._timer is None:
+            # One that is due already has no time in every event loop.
+            self._timer_due = due
             self._timer = self._loop.call_at(due, self._timer_rang, earliest)
 
     def _timer_rang(self, earliest: float) -> None:
@@ -210,10 +190,10 @@ class PresenceFeed:
     def _ask_before_giving_up(self) -> None:
         self._is_asking = True
         self._vanished.clear()
-        asked, listing = self._loop.time(), _Listing()
-        self._list(SETTLE_TIMEOUT, listing, lambda: self._give_up(listing, asked))
+        asked = self._loop.time()
+        self._tokens.ask(SETTLE_TIMEOUT, lambda listing: self._give_up(listing, asked))
 
-    def _give_up(self, listing: _Listing, asked: float) -> None:
+    def _give_up(self, listing: Listing, asked: float) -> None:
         """Lose the suspects that were due when Zenoh was asked and that it does not know."""
         self._is_asking = False
         if self.session.is_closed:
@@ -226,16 +206,16 @@ class PresenceFeed:
         else:
             self._set_timer(earliest=self._loop.time() + ASK_AGAIN)
 
-    def _is_answered(self, listing: _Listing) -> bool:
+    def _is_answered(self, listing: Listing) -> bool:
         """Whether the router answered: without it Zenoh lists what it happens to know."""
         own = not self._own_token or self._own_token in {token.key for token in listing.tokens}
         return listing.is_whole and own and self.session.has_router()
 
-    def _put_back(self, token: _Token) -> None:
+    def _put_back(self, token: Token) -> None:
         module = self._module_of(token)
         if module is not None and self.table.state_of(module.incarnation) is None:
             self._put(module)
 
 
-def _token_of(sample: zenoh.Sample) -> _Token:
-    return _Token(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+def _nothing() -> None:
+    """End what has not begun."""

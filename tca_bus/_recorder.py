@@ -26,8 +26,8 @@ from tca_bus._protocol import Describe, TaskStatus
 from tca_bus._recording import Passed, RecordingWriter
 from tca_bus._recording_reader import RecordingError
 from tca_bus._selection import Selection
-from tca_bus._session import uninterrupted
 from tca_bus._time_messages import AwaitTime, Settle, Settled, SimulatedTime
+from tca_bus._uninterrupted import uninterrupted
 from tca_bus._wire import Payload
 
 logger = logging.getLogger(__name__)
@@ -174,8 +174,7 @@ class Recorder:
         finally:
             end()
             for subscriber in declared:
-                if not core.session.is_closed:
-                    subscriber.undeclare()
+                core.session.undeclare(subscriber)
 
     def _subscribe(self, number: int, expression: str) -> zenoh.Subscriber[None]:
         def take(sample: zenoh.Sample) -> None:
@@ -185,7 +184,7 @@ class Recorder:
         box = Mailbox[zenoh.Sample](take, size=MOST_WAITING)
         self._boxes.append(box)
         key = f"{core.keys.realm}/{expression}"
-        return core.session.zenoh.declare_subscriber(key, Callback(box.post))
+        return core.session.declare_subscriber(key, Callback(box.post))
 
     def _take(self, sample: zenoh.Sample, number: int) -> None:
         key = str(sample.key_expr).removeprefix(f"{self.module.options.realm}/")

@@ -114,7 +114,7 @@ class Replayer:
                     await asyncio.sleep(0)
         finally:
             for token in self._tokens.values():
-                token.undeclare()
+                self.module.core.session.undeclare(token)
 
     async def _reach(self, due: float) -> None:
         left = due - asyncio.get_running_loop().time()
@@ -158,10 +158,9 @@ class Replayer:
             return
         known = self._tokens.pop(key, None)
         if known is not None:
-            known.undeclare()
+            self.module.core.session.undeclare(known)
         if not is_gone:
-            session = self.module.core.session.zenoh
-            self._tokens[key] = session.liveliness().declare_token(key)
+            self._tokens[key] = self.module.core.session.declare_token(key)
         self.sent += 1
 
 

@@ -13,16 +13,19 @@ from pathlib import Path
 from typing import Any, Self
 
 import zenoh
+from zenoh.handlers import Callback
 
 from tca_bus._access import IdentifiedBy, access_control, rate_limits, size_limits
+from tca_bus._bridge import call_on
 from tca_bus._credentials import Auth, router_transport, usual_auth
 from tca_bus._errors import ConfigError
+from tca_bus._joining import LEASE, NO_SHARED_MEMORY
 from tca_bus._limits import MOST_MESSAGE_BYTES
 from tca_bus._lingering import PromptClosing
 from tca_bus._options import ENDPOINT_EXPECTED, ENDPOINT_PATTERN, BusOptions
 from tca_bus._policy import Policy
 from tca_bus._policy_link import serve_policy
-from tca_bus._session import LEASE, NO_SHARED_MEMORY, uninterrupted
+from tca_bus._uninterrupted import uninterrupted
 
 logger = logging.getLogger(__name__)
 
@@ -231,10 +234,20 @@ class Router:
                 "--connect"
             )
             raise ConfigError("listen endpoint", endpoint, expected) from error
-        self._closing = PromptClosing(self._session)
+        self._close_links_promptly(self._session)
         if self.guard is not None:
             serve_policy(self._session, self.guard.policy)
         self.endpoint = endpoint
+
+    def _close_links_promptly(self, session: zenoh.Session) -> None:
+        loop, closing = asyncio.get_running_loop(), PromptClosing()
+
+        def changed(event: zenoh.TransportEvent) -> None:
+            if event.kind == zenoh.SampleKind.PUT:
+                call_on(loop, closing.link_opened)
+
+        session.info.declare_transport_events_listener(Callback(changed), history=False)
+        self._closing = closing
 
 
 def _free_port(host: str) -> int:

@@ -85,13 +85,13 @@ class QueryServer:
         )
         core.tally.counters["call"] = lambda: calls.dropped
         key = core.keys.calls_to(core.name, core.incarnation)
-        core.session.zenoh.declare_subscriber(key, post_call)
+        core.session.declare_subscriber(key, post_call)
         queries, post_query = core.session.mailbox(
             self._take_query, size=MOST_WAITING, refuse=self._refuse_query
         )
         core.tally.counters["query"] = lambda: queries.dropped
         key = core.keys.queries_to(core.name, core.incarnation)
-        core.session.zenoh.declare_queryable(key, post_query)
+        core.session.declare_queryable(key, post_query)
         core.spawn(self._keep_handlers(), name=f"{core.name}.queries")
 
     async def _keep_handlers(self) -> None:

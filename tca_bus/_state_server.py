@@ -31,7 +31,7 @@ class StateServer:
             self._reply, size=MOST_WAITING, refuse=lambda query: query.drop()
         )
         self.core.tally.counters[f"gets of {self.key}"] = lambda: box.dropped
-        self.core.session.zenoh.declare_queryable(self.key, Callback(box.post))
+        self.core.session.declare_queryable(self.key, Callback(box.post))
 
     def _reply(self, query: zenoh.Query) -> None:
         with query:

@@ -46,7 +46,7 @@ class Topic:
         self.sinks: tuple[Sink, ...] = ()
         box, post = core.session.mailbox(self._take)
         core.tally.counters[key] = lambda: box.dropped
-        self._subscriber = core.session.zenoh.declare_subscriber(key, post)
+        self._subscriber = core.session.declare_subscriber(key, post)
 
     def _take(self, sample: zenoh.Sample) -> int:
         sender = parse_sender(str(sample.key_expr))
@@ -65,8 +65,7 @@ class Topic:
     def end(self) -> None:
         """Undeclare the subscriber."""
         self._core.tally.counters.pop(self._key, None)
-        if not self._core.session.is_closed:
-            self._subscriber.undeclare()
+        self._core.session.undeclare(self._subscriber)
 
 
 class Topics:

@@ -19,7 +19,7 @@ from zenoh.handlers import Callback
 from contenders.base import START_TIMEOUT, BareClient, Contender, Counter, Place
 from tca_bus import BusOptions
 from tca_bus._bridge import Mailbox, ask
-from tca_bus._session import session_config
+from tca_bus._joining import session_config
 from tca_bus._wire import Payload
 
 Links = Literal["router", "direct"]

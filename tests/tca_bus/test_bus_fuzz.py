@@ -27,6 +27,7 @@ from tca_bus import (
 from tca_bus._envelope import Envelope, read_envelope
 from tca_bus._faults import decode_error
 from tca_bus._frames import decode_frame, decode_frame_plain
+from tca_bus._joining import client_config
 from tca_bus._keys import Keys, parse_presence, parse_query, parse_sender, parse_task
 from tca_bus._protocol import (
     CancelTask,
@@ -40,7 +41,6 @@ from tca_bus._protocol import (
     ReportOutcome,
     SubmitTask,
 )
-from tca_bus._session import client_config
 from tca_bus._tasks import STATUS_ENCODING, decode_status
 from tca_bus._turns import AwaitTurn, WithdrawRequest
 from tca_bus._types import message_adapter

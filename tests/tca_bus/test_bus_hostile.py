@@ -13,9 +13,9 @@ import pytest
 import zenoh
 
 from tca_bus import Broadcast, Inform, InvalidMessageError, Module, Query, RefusedError
+from tca_bus._joining import client_config
 from tca_bus._keys import Keys
 from tca_bus._protocol import Describe
-from tca_bus._session import client_config
 from tca_bus.testing import bus, eventually
 
 pytestmark = pytest.mark.bus

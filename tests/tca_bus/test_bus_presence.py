@@ -9,6 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from tca_bus import Module, PresenceChange, PresentModule
 from tca_bus._keys import Keys, parse_presence
 from tca_bus._presence import LONGEST_RECONNECT, RECONNECT_GRACE, VANISH_GRACE, PresenceTable
+from tca_bus._token_watch import Listing
 from tca_bus.testing import bus, eventually
 
 
@@ -207,13 +208,12 @@ async def test_a_router_that_does_not_answer_buries_nobody(monkeypatch):
         await eventually(lambda: feed.table.state_of(other.incarnation))
         asked = []
 
-        def answer_nothing(timeout, listing, done):
+        def answer_nothing(timeout, done):
             asked.append(timeout)
-            listing.is_whole = False
-            done()
+            done(Listing(is_whole=False))
 
         with monkeypatch.context() as silent:
-            silent.setattr(feed, "_list", answer_nothing)
+            silent.setattr(feed._tokens, "ask", answer_nothing)
             feed.transport_changed(False)
             feed.transport_changed(True)
             await eventually(lambda: len(asked) > 2)

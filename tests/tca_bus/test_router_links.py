@@ -10,8 +10,8 @@ from contextlib import asynccontextmanager
 import pytest
 
 from tca_bus import BusOptions, ConfigError, Module, Query, Router
+from tca_bus._joining import client_config
 from tca_bus._router import router_settings
-from tca_bus._session import client_config
 from tca_bus.cli.tca import app
 from tca_bus.launcher import RouterListening
 from tca_bus.testing import FREE_PORT, eventually

@@ -27,7 +27,7 @@ from tca_bus import (
     VariableChangedError,
 )
 from tca_bus._faults import decode_error, encode_error
-from tca_bus._session import client_config
+from tca_bus._joining import client_config
 from tca_bus._variables import MOST_VALUE_BYTES, SetVariable, VariableState, VariableTable
 from tca_bus.testing import bus, central, eventually
 
