@@ -356,6 +356,7 @@ class Navigator:
             ranges=here.ring,
             fresh=here.fresh,
             renewed=here.renewed,
+            blind=here.blind,
             bump=sensors.bump,
             echoes=around.spots,
             spreads=around.spreads,

@@ -33,7 +33,8 @@ class Percept:
     ``ring`` (24,) is what sonars hear, metres from the ring, with stand-ins for those that are
     unsound, and ``renewed`` has the bits of what is new in it; ``own`` and ``fresh`` are the same
     of sound sonars alone. ``sights`` are what lasers see that are right, ``lit`` (24,) the nearest
-    of it in each cone; ``striper`` are the beams of one that is right, empty without.
+    of it in each cone; ``striper`` are the beams of one that is right, empty without. ``blind`` has
+    the bits of unsound sonars for which only their neighbours stand in.
     """
 
     ring: Floats
@@ -43,6 +44,7 @@ class Percept:
     sights: tuple[tuple[Laser, Sight], ...] = ()
     lit: Floats = field(default_factory=NOTHING_LIT.copy)
     striper: Floats = field(default_factory=NO_BEAMS.copy)
+    blind: int = 0
 
 
 class Perception:
@@ -85,7 +87,10 @@ class Perception:
         own = np.where(unsound, np.inf, ranges)
         ring, renewed = self._stand_in(own, fresh, lit, seen)
         trusted = fresh & ~bits_of(unsound)
-        return Percept(ring, renewed | trusted, own, trusted, seen, lit, beams)
+        blind = unsound.copy()
+        for laser, _ in seen:
+            blind &= ~laser.whole
+        return Percept(ring, renewed | trusted, own, trusted, seen, lit, beams, bits_of(blind))
 
     def _stand_in(
         self, own: Floats, fresh: int, lit: Floats, seen: Sequence[tuple[Laser, Sight]]

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 
-from navigate.body import RING_RADIUS, ROBOT_RADIUS, wrap
+from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, wrap
 from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import STOP, DoorMissed, DoorShut, Manoeuvre, View, Wheels
 from navigate.maps import Passage
+from xavier_sim.messages import SONAR_COUNT
 
 DOOR_PATIENCE = 40.0
 """Simulated seconds that the robot waits before a shut door."""
@@ -37,6 +38,9 @@ LINED_UP = 0.07
 
 COMMITTED = -0.42
 """Metres before the line at which the robot decides whether it is lined up."""
+
+EYES = (0, 1, -1, 2, -2, 3, -3)
+"""Sonars that look at a door, those first for which the robot turns the least."""
 
 TRIES = 3
 BACK_TO, BACK_SECONDS = -0.85, 9.0
@@ -99,20 +103,40 @@ def _face(view: View, frame: DoorFrame) -> Manoeuvre[View]:
 
 
 def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
-    """Look with the front sonar until two readings running say that the door is open."""
-    began, sees_open = view.time, 0
+    """Look with the front sonar until two readings running say that the door is open.
+
+    Where nothing but its neighbours stands in for that one, they hear the jambs of an open door as
+    if it was shut: then the robot turns to look with the next sonar that is sound, and back.
+    """
+    began, sees_open, eye = view.time, 0, 0
     while sees_open < 2:
         if view.time - began > DOOR_PATIENCE:
             raise DoorShut(frame.door.name, view.time - began)
-        if view.is_fresh(0):
-            sees_open = sees_open + 1 if _open(view, frame) else 0
+        eye = _eye(view)
+        error = _off_door(view, frame, eye) if eye else 0.0
+        if abs(error) > FACED:
+            view = yield Wheels(0.0, turn_rate(error))
+            continue
+        if view.is_fresh(eye % SONAR_COUNT):
+            sees_open = sees_open + 1 if _open(view, frame, eye) else 0
         view = yield STOP
-    return view
+    return (yield from _face(view, frame)) if eye else view
 
 
-def _open(view: View, frame: DoorFrame) -> bool:
+def _eye(view: View) -> int:
+    """The sonar to look with: the front one, or the nearest sound one, negative to the right."""
+    return next((n for n in EYES if not view.is_blind(n % SONAR_COUNT)), 0)
+
+
+def _off_door(view: View, frame: DoorFrame, eye: int) -> float:
+    """Radians to turn to the left for a sonar to look at the middle of the door."""
+    ahead, left, turned = frame.locate(view.odom)
+    return wrap(math.atan2(-left, max(0.5, -ahead)) - eye * PITCH - turned)
+
+
+def _open(view: View, frame: DoorFrame, eye: int) -> bool:
     distance = -frame.locate(view.odom)[0] - RING_RADIUS
-    return bool(view.ranges[0] > distance + OPEN_DEPTH)
+    return bool(view.ranges[eye] > distance + OPEN_DEPTH)
 
 
 def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from navigate.body import BEARINGS, NEAREST, RING_RADIUS, ROBOT_RADIUS
@@ -22,6 +24,9 @@ GENTLE = 0.1
 TOUCHING = NEAREST + 0.03
 """A reading below this may come from what is as near as can be."""
 
+BLIND_SPEED = 0.3
+"""Metres per second at most forward when only its neighbours stand in for the sonar ahead."""
+
 REAR = SONAR_COUNT // 2
 """The sonar that looks straight back."""
 
@@ -35,6 +40,8 @@ def guard(wheels: Wheels, view: View) -> Wheels:
         return STOP
     if wheels.speed == 0.0:
         return wheels
+    if wheels.speed > BLIND_SPEED and view.is_blind(0):
+        wheels = wheels._replace(speed=BLIND_SPEED)
     room = _room_on(view, narrow=wheels.narrow, backward=wheels.speed < 0.0)
     if wheels.speed**2 > 2.0 * BRAKES * max(0.0, room):
         return Wheels(0.0, wheels.turn, wheels.narrow)
@@ -47,12 +54,16 @@ def must_stop(wheels: Wheels, sensors: Sensors) -> bool:
     """Whether ``wheels``, commanded before, would drive into what this reading touches or hears.
 
     Needs neither map nor belief nor plan: it can be answered before anything else is thought of.
+    Where the sonar ahead hears nothing, it may be dead: what both its neighbours hear counts.
     """
     if sensors.bump and _pushes(sensors.bump, wheels.speed):
         return True
-    if wheels.speed <= 0.0 or not sensors.sonar_fresh & 1:
+    reading, news = float(sensors.sonar[0]), 1
+    if not math.isfinite(reading):
+        reading, news = float(max(sensors.sonar[1], sensors.sonar[-1])), _BESIDE_AHEAD
+    if wheels.speed <= 0.0 or not sensors.sonar_fresh & news:
         return False
-    room = _room(float(sensors.sonar[0]), NARROW_KEEP_OFF)
+    room = _room(reading, NARROW_KEEP_OFF)
     return wheels.speed**2 > 2.0 * BRAKES * max(0.0, room)
 
 
@@ -72,6 +83,7 @@ def _is_touching(view: View, *, backward: bool) -> bool:
     return bool(near.any())
 
 
+_BESIDE_AHEAD = 0b10 | 1 << SONAR_COUNT - 1
 _FRONT = np.flatnonzero(np.cos(BEARINGS) > 0.2)
 _BACK = np.flatnonzero(np.cos(BEARINGS) < -0.2)
 

@@ -46,7 +46,8 @@ class View:
     None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the
     ranges of its beams, metres, empty on a robot that has none. ``advice`` is where a lost
     robot had best go, radians to the left of ahead, as far as its belief says. ``goal_mass`` is the
-    share of its belief that lies at the goal, 0 to 1, once it is near; 1 on the way.
+    share of its belief that lies at the goal, 0 to 1, once it is near; 1 on the way. ``blind`` holds
+    the bits of sonars for which no more than their neighbours stand in.
     """
 
     time: float
@@ -64,6 +65,7 @@ class View:
     striper: Floats = field(default_factory=lambda: np.empty(0))
     spreads: Floats | None = None
     renewed: int = 0
+    blind: int = 0
 
     @property
     def at(self) -> Point:
@@ -73,6 +75,10 @@ class View:
     def is_fresh(self, sonar: int) -> bool:
         """Whether the reading of a sonar, or what stands in for it, is new at this tick."""
         return bool((self.fresh | self.renewed) >> sonar & 1)
+
+    def is_blind(self, sonar: int) -> bool:
+        """Whether nothing but its neighbours tells what is before a sonar."""
+        return bool(self.blind >> sonar & 1)
 
 
 Manoeuvre = Generator[Wheels, View, Result]
