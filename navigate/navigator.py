@@ -365,5 +365,5 @@ class Navigator:
             goal_mass=self._goal_mass(),
             speed=sensors.speed,
             turn=sensors.turn_rate,
-            striper=here.striper,
+            sights=here.sights,
         )

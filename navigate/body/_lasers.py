@@ -73,7 +73,7 @@ class Laser:
         self._lit = np.flatnonzero(inside.any(axis=1))
         self._cones = np.array(cones, np.intp)[self._lit]
         self._mounts = _MOUNTS[self._lit, None]
-        step = view / (beams - 1)
+        self.spacing = step = view / (beams - 1)
         width = inside.sum(axis=1) * step
         self.whole: NDArray[np.bool_] = np.asarray(width > 2.0 * CONE_HALF - 2.0 * step)
         """Whether beams fill the cone of each sonar, shape (24,)."""

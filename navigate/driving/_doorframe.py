@@ -12,7 +12,18 @@ import math
 
 import numpy as np
 
-from navigate.body import BEARINGS, CONE_HALF, NEAREST, RING_RADIUS, Pose, fresh_sonars, wrap
+from navigate.body import (
+    BEARINGS,
+    CONE_HALF,
+    NEAREST,
+    RING_RADIUS,
+    STRIPER,
+    Laser,
+    Pose,
+    Sight,
+    fresh_sonars,
+    wrap,
+)
 from navigate.driving._doorsight import look_at_door
 from navigate.driving._view import View
 from navigate.maps import Floats, Passage
@@ -24,7 +35,8 @@ JAMB_SIGMA = 0.045
 """Doubt about a range to a jamb, metres: noise, and the rays' spacing in the cone."""
 
 EDGE_SIGMA = 0.02
-"""Doubt about where a laser sees the wall end, metres: half the spacing of its beams."""
+"""Doubt about where a striper sees the wall end, metres: half the spacing of its beams; that of
+other lasers is as their spacing."""
 
 WALL_SIGMA = 0.03
 """Doubt about a point of the wall that a laser sees, metres; neighbours err alike."""
@@ -89,8 +101,8 @@ class DoorFrame:
         for number in fresh_sonars(view.fresh):
             if NEAREST + 0.01 < view.ranges[number] < FARTHEST_JAMB:
                 self._hear(view.odom, float(BEARINGS[number]), float(view.ranges[number]))
-        if len(view.striper):
-            self._see(view)
+        for laser, sight in view.sights:
+            self._see(view.odom, laser, sight)
 
     def _drift(self, odom: Pose) -> None:
         metres = math.dist(odom[:2], self._odom[:2])
@@ -122,18 +134,19 @@ class DoorFrame:
         change = np.array([*unit, -side * float(unit @ ahead)])
         self._take_in(change, reading - distance, JAMB_SIGMA)
 
-    def _see(self, view: View) -> None:
+    def _see(self, odom: Pose, laser: Laser, sight: Sight) -> None:
         """What a laser sees of the wall, and where it ends."""
         ahead, left = self._axes()
-        sight = look_at_door(self.locate(view.odom), view.striper)
-        for along in sight.wall:
+        seen = look_at_door(self.locate(odom), laser, sight.ranges)
+        spacing = laser.spacing / STRIPER.spacing
+        for along in seen.wall:
             # Of a point of the wall its distance from the line is known to be none.
             change = np.array([*-ahead, float(along[1])])
             self._take_in(change, -float(along[0]), WALL_SIGMA)
-        for side, ends in ((-1.0, sight.right_jambs), (1.0, sight.left_jambs)):
+        for side, ends in ((-1.0, seen.right_jambs), (1.0, seen.left_jambs)):
             for end in ends:
                 change = np.array([*-left, 0.0])
-                self._take_in(change, side * self.door.width / 2 - end, EDGE_SIGMA)
+                self._take_in(change, side * self.door.width / 2 - end, EDGE_SIGMA * spacing)
 
     def _take_in(self, change: Floats, surprise: float, sigma: float) -> None:
         """Kalman update by one number that grows by ``change`` with the state."""

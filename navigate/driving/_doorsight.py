@@ -1,4 +1,4 @@
-"""What a light striper sees of a door: the wall beside it, and where that ends.
+"""What a laser sees of a door: the wall beside it, and where that ends.
 
 A beam that meets the line of the wall sees it; one that should and does not goes through the
 opening. Where one kind follows the other is a jamb.
@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from navigate.body import Laser
 from navigate.maps import Floats
-from xavier_sim.messages import STRIPER_AHEAD, STRIPER_BEAMS, STRIPER_FARTHEST, STRIPER_VIEW
 
 OFF_WALL = 0.15
 """Metres from the line of the wall within which a beam has met it."""
@@ -22,10 +22,10 @@ BEYOND = 0.3
 """Metres behind the line that a beam sees, or nothing at all, when it goes through."""
 
 LEAST_AHEAD = 0.1
-"""Metres that the striper must stand before the line."""
+"""Metres that the laser must stand before the line."""
 
-MOST_SEEN = STRIPER_FARTHEST - 0.5
-"""Metres within which a beam would see the wall if it was there."""
+SHORT_OF_FARTHEST = 0.5
+"""Metres before the end of its sight within which a beam would see the wall if it was there."""
 
 BESIDE, LEAST_COSINE = 0.9, 0.4
 """Metres from the middle, and cosine of the angle, up to which a beam is taken to meet this wall.
@@ -37,8 +37,6 @@ EVERY = 5
 """One point of the wall in so many is told: neighbours tell the same."""
 
 Flags = NDArray[np.bool_]
-
-_BEARINGS: Floats = np.linspace(-STRIPER_VIEW / 2, STRIPER_VIEW / 2, STRIPER_BEAMS)
 
 
 class DoorSight(NamedTuple):
@@ -53,22 +51,27 @@ class DoorSight(NamedTuple):
     left_jambs: list[float]
 
 
-def look_at_door(robot: tuple[float, float, float], ranges: Floats) -> DoorSight:
-    """What the striper's ``ranges`` (31,) tell of the door that a robot stands before.
+def look_at_door(robot: tuple[float, float, float], laser: Laser, ranges: Floats) -> DoorSight:
+    """What the ``ranges`` (beams,) of a laser tell of the door that a robot stands before.
 
     Args:
         robot: metres beyond the line of the door and to its left, radians turned to the left.
+        laser: whose they are.
         ranges: metres, inf where nothing was seen.
     """
-    looks = robot[2] + _BEARINGS
+    looks = robot[2] + laser.bearings
     cos, sin = np.cos(looks), np.sin(looks)
-    ahead = robot[0] + STRIPER_AHEAD * math.cos(robot[2])
-    left = robot[1] + STRIPER_AHEAD * math.sin(robot[2])
+    ahead = robot[0] + laser.ahead * math.cos(robot[2])
+    left = robot[1] + laser.ahead * math.sin(robot[2])
     if ahead > -LEAST_AHEAD:
         return DoorSight(np.zeros((0, 2)), [], [])
     expected = np.where(cos > 0.0, -ahead / np.maximum(cos, 1e-3), 1e3)
     crossing = left + expected * sin
-    should = (expected < MOST_SEEN) & (cos > LEAST_COSINE) & (np.abs(crossing) < BESIDE)
+    should = (
+        (expected < laser.farthest - SHORT_OF_FARTHEST)
+        & (cos > LEAST_COSINE)
+        & (np.abs(crossing) < BESIDE)
+    )
     meets = should & (np.abs(ranges - expected) * cos < OFF_WALL)
     passes = should & (ranges > expected + BEYOND)
     wall = np.flatnonzero(meets)[::EVERY]

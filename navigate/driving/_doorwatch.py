@@ -216,7 +216,7 @@ def _see(half: float, stand: _Stand, laser: Laser, sight: Sight) -> list[_Readin
     """What beams of light tell that go into the opening."""
     before = stand.before - laser.ahead * math.cos(stand.turned)
     left = stand.left + laser.ahead * math.sin(stand.turned)
-    inside, step = half - BESIDE_JAMB, laser.view / (laser.beams - 1)
+    inside, step = half - BESIDE_JAMB, laser.spacing
     right_most = max(-ASKANCE, math.atan2(-inside - left, before))
     left_most = min(ASKANCE, math.atan2(inside - left, before))
     first = math.ceil((wrap(right_most - stand.turned) + laser.view / 2) / step)

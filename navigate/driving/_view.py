@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-import numpy as np
-
-from navigate.body import Pose
+from navigate.body import Laser, Pose, Sight
 from navigate.maps import Floats, Point
 
 Result = TypeVar("Result")
@@ -43,11 +41,11 @@ class View:
     ``renewed`` those of new ones that stand in for a sonar that is not to be believed.
     ``echoes`` are what was heard and seen around lately, shape (n, 2), metres ahead and left, and
     ``spreads`` (n,) the radians to either side within which each may be; a sonar's cone when it is
-    None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``striper`` are the
-    ranges of its beams, metres, empty on a robot that has none. ``advice`` is where a lost
-    robot had best go, radians to the left of ahead, as far as its belief says. ``goal_mass`` is the
-    share of its belief that lies at the goal, 0 to 1, once it is near; 1 on the way. ``blind`` holds
-    the bits of sonars for which no more than their neighbours stand in.
+    None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``sights`` are what
+    the robot's lasers see that are to be believed. ``advice`` is where a lost robot had best go,
+    radians to the left of ahead, as far as its belief says. ``goal_mass`` is the share of its
+    belief that lies at the goal, 0 to 1, once it is near; 1 on the way. ``blind`` holds the bits
+    of sonars for which no more than their neighbours stand in.
     """
 
     time: float
@@ -62,7 +60,7 @@ class View:
     goal_mass: float = 1.0
     speed: float = 0.0
     turn: float = 0.0
-    striper: Floats = field(default_factory=lambda: np.empty(0))
+    sights: tuple[tuple[Laser, Sight], ...] = ()
     spreads: Floats | None = None
     renewed: int = 0
     blind: int = 0

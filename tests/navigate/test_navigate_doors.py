@@ -7,49 +7,50 @@ import math
 import numpy as np
 import pytest
 
-from navigate.body import RING_RADIUS
+from navigate.body import LIDAR, RING_RADIUS, STRIPER, Laser, Sight
 from navigate.driving import View
 from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorsight import look_at_door
 from navigate.maps import Floor, load_plan
-from xavier_sim.messages import STRIPER_AHEAD, STRIPER_BEAMS, STRIPER_VIEW
 
 FLOOR = Floor(load_plan())
 DOOR = FLOOR.doors["d-5303"]
 HALF = DOOR.width / 2
-BEAMS = np.linspace(-STRIPER_VIEW / 2, STRIPER_VIEW / 2, STRIPER_BEAMS)
 SILENT = np.full(24, np.inf)
 
 
-def striper(ahead: float, left: float, turned: float, *, shut: bool = False) -> np.ndarray:
-    """What the striper reads before a door in an endless wall, with nothing behind it."""
-    looks = turned + BEAMS
-    x, y = ahead + STRIPER_AHEAD * math.cos(turned), left + STRIPER_AHEAD * math.sin(turned)
-    ranges = -x / np.cos(looks)
+def beams(
+    ahead: float, left: float, turned: float, *, shut: bool = False, laser: Laser = STRIPER
+) -> np.ndarray:
+    """What a laser reads before a door in an endless wall, with nothing behind it."""
+    looks = turned + laser.bearings
+    x, y = ahead + laser.ahead * math.cos(turned), left + laser.ahead * math.sin(turned)
+    ranges = np.where(np.cos(looks) > 1e-3, -x / np.cos(looks).clip(1e-3), np.inf)
     open_there = np.abs(y + ranges * np.sin(looks)) < HALF
     return np.where(open_there & (not shut), np.inf, ranges)
 
 
 def test_where_the_wall_ends_are_the_jambs():
-    right = look_at_door((-1.2, 0.1, -0.45), striper(-1.2, 0.1, -0.45))
+    right = look_at_door((-1.2, 0.1, -0.45), STRIPER, beams(-1.2, 0.1, -0.45))
     assert right.right_jambs == pytest.approx([-HALF], abs=0.03)
     assert right.left_jambs == []
-    left = look_at_door((-1.2, 0.1, 0.4), striper(-1.2, 0.1, 0.4))
+    left = look_at_door((-1.2, 0.1, 0.4), STRIPER, beams(-1.2, 0.1, 0.4))
     assert left.left_jambs == pytest.approx([HALF], abs=0.03)
     assert np.abs(left.wall[:, 0]).max() < 1e-9
     assert (left.wall[:, 1] > HALF).all()
 
 
 def test_a_shut_door_has_no_jambs_and_neither_has_one_that_is_passed():
-    shut = look_at_door((-1.2, 0.0, -0.4), striper(-1.2, 0.0, -0.4, shut=True))
+    shut = look_at_door((-1.2, 0.0, -0.4), STRIPER, beams(-1.2, 0.0, -0.4, shut=True))
     assert shut.right_jambs == shut.left_jambs == []
     assert len(shut.wall) > 0
-    passed = look_at_door((0.2, 0.0, 0.0), np.full(STRIPER_BEAMS, 1.0))
+    passed = look_at_door((0.2, 0.0, 0.0), STRIPER, np.full(STRIPER.beams, 1.0))
     assert len(passed.wall) == len(passed.right_jambs) == len(passed.left_jambs) == 0
 
 
-def test_turning_to_a_door_measures_it_whatever_map_and_position_say():
+@pytest.mark.parametrize("laser", [STRIPER, LIDAR])
+def test_turning_to_a_door_measures_it_whatever_map_and_position_say(laser):
     sign, (x, y) = 1.0, DOOR.centre
     facing = math.atan2(DOOR.normal[1], DOOR.normal[0])
     for off, askew in ((0.12, 0.0), (-0.12, 0.03), (0.05, -0.04)):
@@ -57,6 +58,8 @@ def test_turning_to_a_door_measures_it_whatever_map_and_position_say():
         frame = None
         for turned in np.arange(-1.2, 0.01, 0.06):
             odom = (*at, facing + float(turned))
+            ranges = beams(-1.2, 0.0, float(turned), laser=laser)
+            seen = Sight(ranges, np.zeros((laser.beams, 2)), SILENT)
             view = View(
                 time=0.0,
                 pose=(at[0] - off * DOOR.normal[1], at[1] + off * DOOR.normal[0], odom[2] + askew),
@@ -65,7 +68,7 @@ def test_turning_to_a_door_measures_it_whatever_map_and_position_say():
                 fresh=0,
                 bump=0,
                 echoes=np.zeros((0, 2)),
-                striper=striper(-1.2, 0.0, float(turned)),
+                sights=((laser, seen),),
             )
             frame = frame or DoorFrame(DOOR, sign, view)
             frame.measure(view)
@@ -110,9 +113,9 @@ def test_jambs_are_in_nobodys_way():
 
 def test_the_wall_round_the_corner_is_not_taken_for_that_of_the_door():
     corner, turned = 1.1, 1.2
-    x, y = -0.7 + STRIPER_AHEAD * math.cos(turned), STRIPER_AHEAD * math.sin(turned)
-    looks = turned + BEAMS
+    x, y = -0.7 + STRIPER.ahead * math.cos(turned), STRIPER.ahead * math.sin(turned)
+    looks = turned + STRIPER.bearings
     ranges = np.minimum(-x / np.cos(looks).clip(1e-6), (corner - y) / np.sin(looks))
-    assert len(look_at_door((-0.7, 0.0, turned), ranges).wall) == 0
-    askew = look_at_door((-0.7, 0.0, turned - 0.08), ranges)
+    assert len(look_at_door((-0.7, 0.0, turned), STRIPER, ranges).wall) == 0
+    askew = look_at_door((-0.7, 0.0, turned - 0.08), STRIPER, ranges)
     assert len(askew.wall) == 0
