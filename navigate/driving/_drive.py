@@ -30,7 +30,7 @@ LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
     DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
     WayBlocked: (5, NavigationFailure.CORRIDOR_BLOCKED),
     Stuck: (2, NavigationFailure.NO_PROGRESS),
-    Astray: (3, NavigationFailure.LOST),
+    Astray: (6, NavigationFailure.LOST),
 }
 """How often each trouble is recovered from in one drive, and what the next one fails with."""
 

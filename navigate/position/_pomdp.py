@@ -52,6 +52,9 @@ MEMORY = 0.012
 
 LOST_AGREEMENT = 0.5
 SOUND_AGREEMENT = 0.65
+REGAINED_AGREEMENT = 0.7
+"""From which a lost robot is lost no more; at a wrong pose agreement often wavers around half."""
+
 FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
 LOST_MASS = 0.02
@@ -122,7 +125,7 @@ class PomdpLocalizer:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "agreement", "markov", "_tracker", "_reports", "_readings", "_grid",
-        "_support", "_rivalled", "_search", "_asked_at", "directives",
+        "_support", "_rivalled", "_contradicted", "_search", "_asked_at", "directives",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, known: bool = True, picking: Picking = "voting") -> None:
@@ -135,7 +138,8 @@ class PomdpLocalizer:
         self.directives, self._picking = Policy(self.markov.model), picking
         self._search = Search(self._sonar.expected)
         self._asked_at: Pose = (0.0, 0.0, 0.0)
-        self.agreement, self._support, self._rivalled = 1.0, 1.0, False
+        self.agreement, self._support = 1.0, 1.0
+        self._rivalled = self._contradicted = False
         start = floor.plan.start
         self.place((start.x, start.y, floor.plan.start_heading))
         if not known:
@@ -153,7 +157,7 @@ class PomdpLocalizer:
     def lost(self) -> bool:
         """Whether readings contradict the tracked pose, or belief has left it."""
         wide = self.estimate.deviation > LOST_DEVIATION
-        return wide or self.agreement < LOST_AGREEMENT or self._rivalled
+        return wide or self._contradicted or self._rivalled
 
     @property
     def entropy(self) -> float:
@@ -185,6 +189,7 @@ class PomdpLocalizer:
         self.markov.forget()
         self._tracker.widen(spread=20.0, turn_spread=2.0)
         self.agreement = 0.0
+        self._judge()
         self._weigh()
 
     def place(self, pose: Pose, *, spread: float = 0.05, turn_spread: float = 0.03) -> None:
@@ -196,6 +201,7 @@ class PomdpLocalizer:
         self._grid.clear()
         self.markov.know(pose, spread=spread, turn_spread=turn_spread)
         self.agreement = 1.0
+        self._judge()
         self._weigh()
 
     def widen(self, *, spread: float, turn_spread: float) -> None:
@@ -240,6 +246,7 @@ class PomdpLocalizer:
         memory = MEMORY * (0.3 if still else 1.0)
         for one in agrees.tolist():
             self.agreement += memory * (one - self.agreement)
+        self._judge()
         self._align()
 
     def _enter(self) -> None:
@@ -302,6 +309,7 @@ class PomdpLocalizer:
         self._readings.latest()
         self.markov.know(pose, share=FOUND_MASS)
         self.agreement = fits
+        self._judge()
         self._align()
         self._weigh()
 
@@ -328,6 +336,13 @@ class PomdpLocalizer:
         if self.estimate.deviation < CELL:
             sure = 1.0 / (1.0 + math.exp(VOUCHING * (DOUBTFUL - self.agreement)))
             self.markov.favour(self._tracker.pose, within=SUPPORT, sure=sure)
+
+    def _judge(self) -> None:
+        """Whether readings contradict the tracked pose: from little agreement until much of it."""
+        if self.agreement < LOST_AGREEMENT:
+            self._contradicted = True
+        elif self.agreement >= REGAINED_AGREEMENT:
+            self._contradicted = False
 
     def _weigh(self) -> None:
         """How much of the belief speaks for the tracked pose."""

@@ -165,6 +165,19 @@ def test_readings_that_contradict_make_it_lost_and_a_ring_finds_it_again(localiz
     assert not localizer.lost
 
 
+def test_who_was_lost_is_so_until_much_agrees_again(localizer):
+    localizer.place((7.57, 33.0, NORTH))
+    while not localizer.lost:
+        localizer.sense(ring(8.6, 37.2, 0.1), ALL, still=False)
+    right = ring(7.57, 33.0, NORTH)
+    while localizer.agreement < 0.6:
+        localizer.sense(right, ALL, still=False)
+    assert localizer.lost
+    while localizer.lost:
+        localizer.sense(right, ALL, still=False)
+    assert localizer.agreement >= 0.7
+
+
 def test_a_robot_that_may_be_anywhere_knows_that_it_is_lost(localizer):
     localizer.forget()
     assert localizer.lost
