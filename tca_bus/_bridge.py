@@ -99,24 +99,21 @@ class Mailbox(Generic[T]):
 
     def post(self, item: T) -> None:
         """Append an item; called on one thread at a time."""
-        if len(self._items) >= self._size and not self._make_room(item):
-            return
+        is_full = len(self._items) >= self._size
+        if is_full:
+            self.dropped += 1
+            if self._refuse is not None:
+                self._refuse(item)
+                return
         self._items.append(item)
-        self._arrivals.announce(self._hand_over)
-
-    def _make_room(self, item: T) -> bool:
-        self.dropped += 1
-        if self._refuse is not None:
-            self._refuse(item)
-            return False
-        with contextlib.suppress(IndexError):
+        if is_full:
+            # Whatever is dropped leaves its turn to what comes after it: there are no more turns
+            # than items, however long nobody takes them.
             self._items.popleft()
-        return True
+        else:
+            self._arrivals.announce(self._hand_over)
 
     def _hand_over(self) -> int:
-        if not self._items:
-            # One that was dropped had a turn as well.
-            return 0
         try:
             return self._consume(self._items.popleft()) or 1
         except Exception:

@@ -23,7 +23,7 @@ from tca_bus import (
     near_or_all,
 )
 from tca_bus._answers import AnswerCache
-from tca_bus._bridge import Answer, Mailbox
+from tca_bus._bridge import Answer, Arrivals, Mailbox
 from tca_bus._envelope import handled, new_envelope, new_stamp, read_envelope
 from tca_bus._handlers import Handlers
 from tca_bus._keys import Keys, parse_query, parse_task
@@ -143,6 +143,20 @@ async def test_a_full_mailbox_drops_the_oldest_and_counts():
     await eventually(lambda: len(got) == 10)
     assert got == list(range(90, 100))
     assert box.dropped == 90
+
+
+async def test_boxes_that_share_their_arrivals_queue_no_more_turns_than_items():
+    got: list[int] = []
+    arrivals = Arrivals(batch=1)
+    few = Mailbox[int](got.append, size=2, arrivals=arrivals)
+    many = Mailbox[int](got.append, size=10, arrivals=arrivals)
+    thread = threading.Thread(target=lambda: [few.post(1), *map(many.post, range(10, 1000))])
+    thread.start()
+    thread.join()
+    assert len(arrivals._turns) == 11
+    few.post(2)
+    await eventually(lambda: len(got) == 12)
+    assert got == [1, *range(990, 1000), 2]
 
 
 async def test_the_loop_gets_its_turn_after_many_messages_in_few_items():
