@@ -26,8 +26,8 @@ from xavier_sim.world import World
 GOAL, SHUT = "r-5309", "r-5305"
 MOST_TICKS = 3000
 
-MOMENTS = (0.3, 0.62, 0.93)
-"""Shares of the drive at which the cones are drawn."""
+MOMENTS = (0.62, 0.93)
+"""Shares of the drive at which readings are drawn, besides where the light striper sees most."""
 
 MARGIN = 3.0
 """Metres round the drive that the picture shows."""
@@ -103,6 +103,12 @@ class Drawn:
         for topic, message in _shown(path):
             self._take(topic, message)
 
+    @property
+    def brightest(self) -> int:
+        """The first tick at which the light striper sees most."""
+        seen = [sum(map(math.isfinite, scan.ranges)) for scan in self.beams]
+        return seen.index(max(seen))
+
     def _take(self, topic: str, message: Any) -> None:
         match topic:
             case "/floor":
@@ -142,8 +148,8 @@ def draw_recording() -> str:
     picture.segments(drawn.walls, "walls")
     for lines, style in zip(drawn.doors, ("shut", "open"), strict=True):
         picture.segments(lines, style)
-    for moment in MOMENTS:
-        _draw_moment(picture, drawn, round(moment * (len(drawn.truth) - 1)))
+    for moment in (*(round(share * (len(drawn.truth) - 1)) for share in MOMENTS), drawn.brightest):
+        _draw_moment(picture, drawn, moment)
     picture.path(drawn.reckoned, "reckoned")
     picture.path(drawn.truth, "truth")
     for x, y, _ in drawn.believed[::3]:
