@@ -57,7 +57,8 @@ def find_oneself(view: View) -> Manoeuvre[View]:
     """Turn, stand and go about until the position is found again.
 
     Raises:
-        GoalFailedError: it was not, for `SEARCH_SECONDS`.
+        GoalFailedError: it was not, for `SEARCH_SECONDS`, or `ADVISED_SECONDS` where its belief
+            says where to go.
     """
     began, advised = view.time, False
     while view.lost:

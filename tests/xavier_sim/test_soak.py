@@ -56,7 +56,7 @@ def test_a_door_that_stays_shut_is_the_right_reason_to_give_up():
     [
         {"shut_share": 0.3, "door_moves_per_hour": 60.0},
         {"people": 1, "fault": "slip", "profile": "hard"},
-        {"fault": "sonar-stuck", "navigator_options": {"localizer": "pomdp"}},
+        {"fault": "sonar-stuck", "navigator_options": {"localizer": "particles"}},
     ],
 )
 def test_a_resumed_soak_is_the_same_bit_for_bit(options):
