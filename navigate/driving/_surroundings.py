@@ -139,10 +139,6 @@ class Surroundings:
         turned = spots[near] @ np.array([[cos, -sin], [sin, cos]])
         return Echoes(np.asarray(turned), spreads[near])
 
-    def around(self, odom: Pose, *, within: float) -> Floats:
-        """The spots of `picture` alone, shape (n, 2)."""
-        return self.picture(odom, within=within).spots
-
     def _forget_heard(self, odom: Pose, ranges: Floats, fresh: int) -> None:
         """Miss the kept echoes that fresh readings of their direction went past."""
         cells = self._heard.live(self._time)

@@ -50,7 +50,6 @@ class _Lines:
 
     def __init__(self, lines: Floats, walls: int) -> None:
         self.walls = walls
-        self.count = len(lines)
         way = lines[:, 2:] - lines[:, :2]
         self.ends: Floats = np.ascontiguousarray(np.concatenate([lines[:, :2], way]).T)
         self.lengths: Floats = np.maximum((way**2).sum(axis=1), PARALLEL)

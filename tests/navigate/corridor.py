@@ -98,7 +98,7 @@ class Corridor:
             ranges=self._ranges.copy(),
             fresh=fresh,
             bump=0,
-            echoes=self._heard.around(self.pose, within=3.0),
+            echoes=self._heard.picture(self.pose, within=3.0).spots,
             speed=self.speed,
             turn=self.turn,
         )

@@ -230,7 +230,7 @@ def test_a_kept_echo_goes_when_sonars_hear_what_is_behind_it():
     ranges[0] = 2.0
     for time in (0.4, 0.8):
         heard.hear((0.0, 0.0, 0.0), ranges, 1, time)
-    around = heard.around((0.0, 0.0, 0.0), within=3.0)
+    around = heard.picture((0.0, 0.0, 0.0), within=3.0).spots
     np.testing.assert_allclose(around, [[2.25, 0.0]])
 
 
@@ -300,8 +300,8 @@ def test_echoes_stay_where_they_were_heard_while_the_robot_moves():
     ranges[0] = 0.75
     heard = Surroundings()
     heard.hear((0.0, 0.0, 0.0), ranges, 1, 0.0)
-    np.testing.assert_allclose(heard.around((0.5, 0.0, 0.0), within=3.0)[0], [0.5, 0.0])
-    turned = heard.around((1.0, -0.5, math.pi / 2), within=3.0)[0]
+    np.testing.assert_allclose(heard.picture((0.5, 0.0, 0.0), within=3.0).spots[0], [0.5, 0.0])
+    turned = heard.picture((1.0, -0.5, math.pi / 2), within=3.0).spots[0]
     np.testing.assert_allclose(turned, [0.5, 0.0], atol=1e-12)
 
 
@@ -310,15 +310,15 @@ def test_an_echo_goes_when_its_sonar_hears_nothing_more():
     ranges[3] = 2.0
     heard = Surroundings()
     heard.hear((0.0, 0.0, 0.0), ranges, 0xFFFFFF, 0.0)
-    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) == 1
+    assert len(heard.picture((0.0, 0.0, 0.0), within=3.0).spots) == 1
     heard.hear((0.0, 0.0, 0.0), np.full(24, np.inf), 0xFFFFFF, 0.4)
-    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) == 0
+    assert len(heard.picture((0.0, 0.0, 0.0), within=3.0).spots) == 0
 
 
 def test_near_echoes_are_kept_for_a_few_seconds_and_bounded():
     heard = Surroundings()
     for tick in range(300):
         heard.hear((0.0, 0.0, 0.0), np.full(24, 0.5), 0xFFFFFF, tick * 0.1)
-    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) <= 24 + 80
+    assert len(heard.picture((0.0, 0.0, 0.0), within=3.0).spots) <= 2 * 24
     heard.hear((0.0, 0.0, 0.0), np.full(24, np.inf), 0xFFFFFF, 60.0)
-    assert len(heard.around((0.0, 0.0, 0.0), within=3.0)) == 0
+    assert len(heard.picture((0.0, 0.0, 0.0), within=3.0).spots) == 0
