@@ -254,7 +254,9 @@ def test_displaced_unseen_it_notices_and_finds_itself():
     assert loop.off("r-5307") < 0.25
 
 
-def test_nonsense_from_the_sonars_ends_as_lost_and_stands():
+def test_nonsense_from_the_sonars_ends_as_lost_and_stands(monkeypatch):
+    # As long as it does without advice: four minutes of nonsense say no more than one.
+    monkeypatch.setattr("navigate.driving._wander.ADVISED_SECONDS", 75.0)
     loop = Loop(seed=1)
     drive = loop.start("r-5303")
     random = np.random.default_rng(0)
