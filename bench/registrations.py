@@ -151,16 +151,18 @@ def threads_here() -> int:
     return len(list(Path("/proc/self/task").iterdir()))
 
 
-def check_limits(modules: int, processes: int) -> None:
+def check_limits(modules: int, processes: int, session: str) -> None:
     """End with the name of the limit that forbids so many modules.
 
-    A module takes a file and up to eight threads in its process, and a file in the router's.
+    A module with a session of its own takes a file and up to eight threads in its process, and a
+    file in the router's.
     """
     files = modules + 200
     allowed = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     if allowed < files:
         sys.exit(f"the limit of open files, RLIMIT_NOFILE, is {allowed}; needed: {files}")
-    threads, most = 8 * modules + 20 * processes, resource.getrlimit(resource.RLIMIT_NPROC)[0]
+    own = 0 if processes and session == "shared" else modules
+    threads, most = 8 * own + 20 * processes, resource.getrlimit(resource.RLIMIT_NPROC)[0]
     if resource.RLIM_INFINITY != most < threads:
         sys.exit(f"the limit of threads, RLIMIT_NPROC, is {most}; needed: {threads}")
 
@@ -283,7 +285,7 @@ def main() -> None:
         endpoint, session, *numbers = flags.crowd
         asyncio.run(crowd(endpoint, session, *map(int, numbers)))
     else:
-        check_limits(flags.modules, flags.processes)
+        check_limits(flags.modules, flags.processes, flags.session)
         asyncio.run(run(flags.modules, flags.processes, flags.session))
 
 

@@ -36,9 +36,10 @@ R = TypeVar("R")
 class Module(Registering, Talking, Steering, SharedVariables, ReadyTogether, Holding):
     """One process's place on the bus: an async context manager, entered once.
 
-    It owns one Zenoh session, one TaskGroup and one liveliness token. ``name`` is how others
-    find it, ``incarnation`` is new with each start. A ``sole`` one does not share its name: a
-    second is refused while the first is there. Enter and leave it in the same task.
+    It owns one TaskGroup, one liveliness token and, unless the options share it, one Zenoh
+    session. ``name`` is how others find it, ``incarnation`` is new with each start. A ``sole`` one
+    does not share its name: a second is refused while the first is there. Enter and leave it in
+    the same task.
 
     ``provides`` and ``requires`` name resources, words that modules agree on, such as ``map``;
     every module provides one of its own name. With ``hold`` nothing is delivered to its handlers
