@@ -95,7 +95,7 @@ def test_only_neighbours_stand_in_for_a_dead_front_and_the_robot_drives_slowly()
     sensors = _sensors(readings, fresh=ALL)
     percept = perception.take_in(sensors, (0.0, 0.0, 0.0))
     assert percept.blind == 1
-    echoes = Surroundings().around((0.0, 0.0, 0.0), within=3.0)
+    echoes = Surroundings().picture((0.0, 0.0, 0.0), within=3.0).spots
     view = View(0.0, (0, 0, 0), (0, 0, 0), percept.ring, 0, 0, echoes, blind=percept.blind)
     assert guard(Wheels(0.6, 0.1), view) == Wheels(BLIND_SPEED, 0.1)
     assert guard(Wheels(-0.6, 0.1), view) == Wheels(-0.6, 0.1)
