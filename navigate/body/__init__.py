@@ -18,6 +18,7 @@ from navigate.body._sonarring import (
     fault_of,
     fresh_sonars,
     heard_ranges,
+    mask_of,
     sonars_of,
     wrap,
 )
@@ -71,6 +72,7 @@ __all__ = [
     "heard_ranges",
     "look_aside",
     "look_front",
+    "mask_of",
     "motion_between",
     "moved",
     "plausible",

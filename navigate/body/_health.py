@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from navigate.body._lasers import Laser, Sight
 from navigate.body._odometry import Pose
-from navigate.body._sonarring import NEAREST, sonars_of, wrap
+from navigate.body._sonarring import NEAREST, mask_of, wrap
 from navigate.maps import Floats
 from xavier_sim.messages import SONAR_COUNT
 
@@ -118,8 +118,7 @@ class SonarHealth:
             return
         if self._new == 0:
             return
-        new = np.zeros(SONAR_COUNT, dtype=np.bool_)
-        new[sonars_of(self._new)] = True
+        new = mask_of(self._new)
         self._new = self._ticks = 0
         heard = np.isfinite(ranges)
         if is_elsewhere(odom, self._mark):

@@ -85,6 +85,15 @@ def sonars_of(bits: int) -> NDArray[np.intp]:
     return sonars
 
 
+@functools.lru_cache(maxsize=256)
+def mask_of(bits: int) -> NDArray[np.bool_]:
+    """Whether the bit of each sonar is set, shape (24,), not to be changed."""
+    mask = np.zeros(SONAR_COUNT, dtype=np.bool_)
+    mask[sonars_of(bits)] = True
+    mask.setflags(write=False)
+    return mask
+
+
 def bits_of(sonars: NDArray[np.bool_]) -> int:
     """The bits of the sonars that are true in an array of shape (24,)."""
     return int(np.packbits(sonars, bitorder="little").view(np.uint8) @ _BYTES)

@@ -21,6 +21,8 @@ SIDE = 48
 
 Indices = NDArray[np.intp]
 
+_NO_CELLS: Indices = np.empty(0, np.intp)
+
 
 class EchoStore:
     """Spots with the time at which they were heard last.
@@ -52,6 +54,8 @@ class EchoStore:
 
     def live(self, time: float) -> Indices:
         """The cells of what is kept still at ``time``."""
+        if self._latest <= time - self._seconds:
+            return _NO_CELLS
         return np.flatnonzero(self._at > time - self._seconds)
 
     def spots(self, cells: Indices) -> Floats:

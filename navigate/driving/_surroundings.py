@@ -23,6 +23,7 @@ from navigate.body import (
     Laser,
     Pose,
     Sight,
+    mask_of,
     sonars_of,
 )
 from navigate.driving._echostore import EchoStore, Indices
@@ -147,10 +148,8 @@ class Surroundings:
         away = self._heard.spots(cells) - odom[:2]
         look = np.arctan2(away[:, 1], away[:, 0]) - odom[2]
         sonar = np.rint(look * (1.0 / PITCH)).astype(np.intp) % SONAR_COUNT
-        is_fresh = np.zeros(SONAR_COUNT, dtype=bool)
-        is_fresh[sonars_of(fresh)] = True
         past = np.hypot(away[:, 0], away[:, 1]) < RING_RADIUS + ranges[sonar] - BEYOND
-        self._heard.miss(cells[past & is_fresh[sonar]])
+        self._heard.miss(cells[past & mask_of(fresh)[sonar]])
 
     def _forget_seen(self, odom: Pose, laser: Laser, sight: Sight) -> None:
         """Miss what is kept of light where beams of now go past."""
