@@ -145,20 +145,22 @@ class Advice:
     def _look(self, view: SearchView) -> None:
         agenda, here = self.agenda, robot_room(view)
         errands = agenda.errands(view)
-        question = (here, errands)
+        travel = agenda.travel_beside(view, errands)
+        question = (here, errands, travel.capacity)
         if question == self._question:
             return
         now = agenda.now()
         selected = select(
             errands,
             start=here,
-            travel=agenda.travel,
+            travel=travel,
             nearby=agenda.nearby,
             margin=agenda.margin,
             now=now,
         )
         served = [e for e in errands if e.key in selected]
-        tour = best_tour(served, start=here, travel=agenda.travel, now=now)
+        beside = agenda.travel_beside(view, served)
+        tour = best_tour(served, start=here, travel=beside, now=now)
         self._question, self.latest = question, Outlook(here, errands, selected, tour)
 
     def _next_of_tour(self, view: SearchView) -> frozenset[int]:

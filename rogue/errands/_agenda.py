@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 
 from rogue.errands._priority import Claim, Metric, RankSum, measure
 from rogue.errands._tour import Distance, OpenErrand, Travel
@@ -93,6 +93,18 @@ class Agenda:
                     )
                 )
         return tuple(e for e in found if e.deliver and (e.carried or e.pickup))
+
+    def travel_beside(self, view: SearchView, errands: Iterable[OpenErrand]) -> Travel:
+        """How the robot gets about with what is on the tray for none of these errands.
+
+        That takes its places on the tray as long as its own errand waits for somebody. One place
+        is left in any case, for a tour to be made at all.
+        """
+        if self.travel.capacity is None:
+            return self.travel
+        own = {thing_of(errand.key) for errand in errands}
+        others = [args for args in view.state.tuples("robot-has-item") if args not in own]
+        return replace(self.travel, capacity=max(1, self.travel.capacity - len(others)))
 
     def _deadline(self, key: str) -> float:
         claim = self._claims.get(key)

@@ -42,13 +42,20 @@ class Play:
         self.agenda = Agenda(travel=travel, nearby=self.nearby, now=lambda: self.now)
         self.switches = working(self.agenda)
 
-    def begin(self, errands: Iterable[Errand], rooms: Iterable[str], at: str = "r-5301") -> None:
+    def begin(
+        self,
+        errands: Iterable[Errand],
+        rooms: Iterable[str],
+        at: str = "r-5301",
+        carried: Iterable[tuple[str, str]] = (),
+    ) -> None:
         problem = self.switches.problem(
             list(errands),
             rooms=rooms,
             people=["mitchell", "jhm", "newell"],
             items=["delivermail", "deliverfax", "parcel"],
             at=at,
+            carried=list(carried),
         )
         self.search = Search(problem, self.switches.options, self.switches.rules)
 

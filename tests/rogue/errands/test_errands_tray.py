@@ -42,6 +42,23 @@ def test_room_is_made_for_an_urgent_errand_on_a_full_tray():
     assert most_carried(done) == 1
 
 
+def test_what_waits_on_the_tray_for_somebody_takes_its_place():
+    """The parcel is nobody's goal for now: with one place left, each thing goes as it is taken."""
+    fetched = [
+        Errand(user, item, ROOMS[1 + n], ROOMS[2 + n])
+        for n, (user, item) in enumerate(
+            (user, item) for user in ("mitchell", "jhm") for item in ("delivermail", "parcel")
+        )
+    ]
+    play = Play(places=2)
+    fax = Errand("jhm", "deliverfax", "r-5301", "r-5321")
+    play.begin([fax, *fetched], ROOMS, carried=[("newell", "parcel")])
+    done = play.run()
+    assert most_carried(done) == 1
+    then = [done[n + 1].split()[0] for n, step in enumerate(done) if step.startswith("acquire")]
+    assert then == ["goto-deliver-loc"] * 5
+
+
 def test_an_item_whose_errand_is_given_up_goes_back():
     play = Play()
     mail = Errand("mitchell", "delivermail", "r-5303", "r-5321")
