@@ -1,7 +1,8 @@
-"""A robot has arrived when its belief is at the goal as well."""
+"""A robot that is not sure of its goal looks round before it says that it has arrived."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -47,7 +48,11 @@ def test_unsure_of_the_goal_it_looks_round_until_belief_is_there():
     assert 40 <= len(wheels) < 10.0 * LOOK_SECONDS
 
 
-@pytest.mark.parametrize("seen", [{}, {"lost": True, "goal_mass": 1.0}])
-def test_where_belief_does_not_come_to_the_goal_it_has_gone_astray(seen):
+def test_where_belief_stays_thin_it_takes_the_tracked_pose_after_a_look():
+    wheels = looking(UNSURE, sure_at=math.inf)
+    assert 10.0 * LOOK_SECONDS < len(wheels) < 20.0 * LOOK_SECONDS
+
+
+def test_where_readings_contradict_the_goal_it_has_gone_astray():
     with pytest.raises(Astray):
-        looking(replace(UNSURE, **seen), sure_at=100.0)
+        looking(replace(UNSURE, lost=True, goal_mass=1.0), sure_at=math.inf)
