@@ -18,10 +18,14 @@ POST_PATIENCE = 30.0
 """Wall seconds for which a message is sent again while the agent is away."""
 
 
-async def persist(call: Callable[[], Awaitable[T]], patience: float = POST_PATIENCE) -> T:
-    """Call again while the other side was there and is away; give up after ``patience``."""
+async def persist(
+    call: Callable[[], Awaitable[T]], patience: float = POST_PATIENCE, *, was_there: bool = False
+) -> T:
+    """Call again while the other side was there and is away; give up after ``patience``.
+
+    ``was_there`` says that it was, though the first call may find it away.
+    """
     end = time.monotonic() + patience
-    was_there = False
     while True:
         try:
             return await call()

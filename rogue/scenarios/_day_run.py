@@ -10,8 +10,9 @@ import os
 import random
 import signal
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from functools import partial
+from typing import TypeVar
 
 from rogue.absence import persist
 from rogue.messages import (
@@ -28,6 +29,8 @@ from tca_bus import HandlerFailedError, Subscription, TimedOutError
 from xavier_sim.messages import ItemMoved, MoveDoor, MovePerson, WhereReally
 
 log = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 PLANNER = "rogue"
 
@@ -130,7 +133,7 @@ class DayRun:
 
     async def _open_requests(self) -> int:
         self._check_time()
-        found = await persist(lambda: self._module.query(ListRequests(open_only=True)))
+        found = await self._ask(lambda: self._module.query(ListRequests(open_only=True)))
         return len(found)
 
     def _check_time(self) -> None:
@@ -161,7 +164,7 @@ class DayRun:
             deadline=f"+{post.deadline:.0f}s",
         )
         try:
-            await persist(lambda: self._module.query(message))
+            await self._ask(lambda: self._module.query(message))
         except HandlerFailedError as error:
             self.record.refused[post.id] = (error.failure.name, error.failure.text)
             self._progress(f"{post.id} refused: {error.failure.text}")
@@ -172,8 +175,12 @@ class DayRun:
         if change.id in self.record.refused:
             return
         order = CancelRequest(id=change.id, item=change.item)
-        await persist(lambda: self._module.query(order))
+        await self._ask(lambda: self._module.query(order))
         self._progress(f"{change.id} taken back, {change.item}")
+
+    async def _ask(self, call: Callable[[], Awaitable[T]]) -> T:
+        """Ask the planner, which may just have been killed, and be away in whatever way."""
+        return await persist(call, was_there=True)
 
     async def _kill(self) -> None:
         pid = self._launcher.pid(PLANNER)
@@ -199,7 +206,7 @@ class DayRun:
         truth = await self._module.query(WhereReally())
         self.record.seconds = truth.time - self.record.begun
         self.record.metres = truth.metres - metres
-        for one in await persist(lambda: self._module.query(ListRequests())):
+        for one in await self._ask(lambda: self._module.query(ListRequests())):
             self.record.ended[one.id] = one
         self.record.arrivals = await self._arrivals()
 
@@ -207,7 +214,7 @@ class DayRun:
         """What was found at the end of each drive; one that served several counts once."""
         drives: dict[tuple[float, str], list[Verified]] = {}
         for name in self.record.ended:
-            details = await persist(partial(self._module.query, ShowRequest(id=name)))
+            details = await self._ask(partial(self._module.query, ShowRequest(id=name)))
             for step in details.steps:
                 goal = step.operator.split()[-1]
                 found = [Verified(goal, one.room, one.by) for one in step.arrivals]

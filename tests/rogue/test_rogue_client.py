@@ -54,3 +54,5 @@ async def test_one_that_was_there_is_called_again_though_nobody_handles_it_now()
     errors.append(NoHandlerError("rogueRequests"))
     with pytest.raises(NoHandlerError):
         await persist(call)
+    errors.append(NoHandlerError("rogueRequests"))
+    assert await persist(call, was_there=True) == "answer"
