@@ -63,11 +63,11 @@ def _request(job: Job) -> DeliveryRequest:
 
 
 def _chosen(
-    requests: list[DeliveryRequest], office: Office, admitted: tuple[str, ...]
+    requests: list[DeliveryRequest], office: Office, begun: tuple[str, ...]
 ) -> tuple[str, ...]:
     found = choose(
         requests,
-        admitted=admitted,
+        begun=begun,
         pinned=(),
         priority=lambda request: office.agenda.priority(request.user, request.item),
         identity=lambda request: (request.user, request.item),
