@@ -93,6 +93,8 @@ async def test_walks_find_relatives_by_place_and_by_name(user: Module, robot: Ro
     task = await user.expand(Fetch(what="wait1+b"))
     await eventually(lambda: "wait1" in robot.done)
     first = await user.relative(task, "first_child")
+    # The first child is at work before the goal has added the second.
+    await eventually(lambda: user.relative(first.id, "next"))
     following = await user.relative(first.id, "next")
     assert [first.data["name"], following.data["name"]] == ["wait1", "b"]
     assert (await user.relative(first.id, "parent")).id == task.id
