@@ -89,12 +89,10 @@ async def day(
             unlike = await _unlike(folder, record, repeated)
             wrong += unlike
             report["repeated"] = not unlike
-            if not (unlike or flags.json):
-                emit("The day was the same when it was played again, to the tick.\n")
+            _tell_likeness(unlike, flags)
         if kills:
             plan, again = await _play(folder / "killed", numbers, kills, robot, flags)
-            other = faults(plan, again) + differences(plan, record, again)
-            wrong += other
+            wrong += faults(plan, again) + differences(plan, record, again)
             report |= {"killed": _document(plan, again), "kills": again.kills}
             _show(plan, again, flags)
         if flags.json:
@@ -103,6 +101,11 @@ async def day(
         raise DayFailedError("; ".join(wrong))
     if not flags.json:
         emit("Every request ended as it should.")
+
+
+def _tell_likeness(unlike: list[str], flags: BusFlags) -> None:
+    if not (unlike or flags.json):
+        emit("The day was the same when it was played again, to the tick.\n")
 
 
 async def _unlike(folder: Path, record: DayRecord, again: DayRecord) -> list[str]:
