@@ -20,6 +20,7 @@ from tca_bus import (
     Query,
     Router,
 )
+from tca_bus._protocol import Describe
 from tca_bus.testing import bus, eventually
 
 pytestmark = pytest.mark.bus
@@ -76,7 +77,8 @@ async def test_a_query_to_a_module_that_is_killed_ends_as_peer_lost():
     async with bus() as options, Module("asker", options=options) as asker, victim(options) as it:
         await asker.wait_for(Sleep, timeout=20.0)
         query = asyncio.create_task(asker.query(Sleep(), timeout=20.0))
-        await asyncio.sleep(0.05)
+        # Answered after the query before it has begun: both go the same way.
+        await asker.query(Describe(), to="victim")
         it.kill()
         with pytest.raises(PeerLostError, match="'victim'"):
             await query

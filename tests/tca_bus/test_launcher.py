@@ -27,6 +27,7 @@ from tca_bus.launcher import (
     free_port,
 )
 from tca_bus.launcher._ports import HIGHEST, LOWEST
+from tca_bus.testing import eventually
 
 pytestmark = pytest.mark.process
 
@@ -53,19 +54,11 @@ class HasSaid:
         pass
 
     async def wait(self, pid):
-        await until(lambda: self.word in self.office[0].logs(self.name))
+        await eventually(lambda: self.word in self.office[0].logs(self.name))
 
 
 def python(name, code, **options):
     return ProcessSpec(name, [sys.executable, "-c", code], **options)
-
-
-async def until(condition):
-    async with asyncio.timeout(20):
-        while True:
-            if condition():
-                return
-            await asyncio.sleep(0.01)
 
 
 def runs(pid):
@@ -78,7 +71,7 @@ def runs(pid):
 async def test_processes_run_inside_the_block_only():
     async with Launcher([python("one", SLEEP), python("two", SLEEP)]) as office:
         pids = [office.pid("one"), office.pid("two")]
-        await until(lambda: office.logs("one") == office.logs("two") == ["up"])
+        await eventually(lambda: office.logs("one") == office.logs("two") == ["up"])
         assert all(runs(pid) for pid in pids)
     assert not any(runs(pid) for pid in pids)
 
@@ -103,7 +96,8 @@ async def test_a_process_gets_the_bus_options_and_its_own_environment():
     options = BusOptions(connect="tcp/127.0.0.1:1", realm="here", links="direct")
     spec = python("one", code, env={"MINE": "x"}, restart=None)
     async with Launcher([spec], options) as office:
-        await until(lambda: office.logs("one") == ["tcp/127.0.0.1:1 here direct x"])
+        await eventually(lambda: office.logs("one"))
+        assert office.logs("one") == ["tcp/127.0.0.1:1 here direct x"]
 
 
 async def test_a_killed_process_is_started_again():
@@ -173,7 +167,7 @@ async def test_a_program_that_is_not_there_is_named():
 async def test_one_that_ignores_sigterm_is_killed():
     shown = io.StringIO()
     async with Launcher([python("deaf", STUBBORN, grace=0.2)], console=shown) as office:
-        await until(lambda: office.logs("deaf") == ["up"])
+        await eventually(lambda: office.logs("deaf") == ["up"])
         pid = office.pid("deaf")
     assert not runs(pid)
     assert "deaf | -- was killed by SIGKILL" in shown.getvalue()
@@ -181,19 +175,21 @@ async def test_one_that_ignores_sigterm_is_killed():
 
 async def test_what_a_process_started_ends_with_it():
     async with Launcher([python("parent", OFFSPRING)]) as office:
-        await until(lambda: office.logs("parent"))
+        await eventually(lambda: office.logs("parent"))
         grandchild = int(office.logs("parent")[0])
         assert runs(grandchild)
-    await until(lambda: not runs(grandchild))
+    await eventually(lambda: not runs(grandchild))
 
 
-async def test_what_a_crashed_process_started_ends_before_the_restart():
+async def test_what_a_crashed_process_started_ends_with_it_though_it_is_restarted():
     async with Launcher([python("parent", OFFSPRING, restart=HASTY)]) as office:
-        await until(lambda: office.logs("parent"))
-        grandchild = int(office.logs("parent")[0])
+        await eventually(lambda: office.logs("parent"))
         os.kill(office.pid("parent"), signal.SIGKILL)
         await office.wait_restarted("parent", beyond=0)
-        await until(lambda: not runs(grandchild))
+        await eventually(lambda: len(office.logs("parent")) == 2)
+        first, second = (int(line) for line in office.logs("parent"))
+        await eventually(lambda: not runs(first))
+        assert runs(second)
 
 
 async def test_cancelling_the_block_stops_all():
@@ -205,7 +201,7 @@ async def test_cancelling_the_block_stops_all():
             await office.serve_forever()
 
     task = asyncio.create_task(run())
-    await until(lambda: pids)
+    await eventually(lambda: pids)
     task.cancel()
     with pytest.raises(asyncio.CancelledError):
         await task
@@ -217,12 +213,12 @@ async def test_a_second_cancel_kills_what_dawdles():
 
     async def run():
         async with Launcher([python("deaf", STUBBORN, grace=600.0)]) as office:
-            await until(lambda: office.logs("deaf"))
+            await eventually(lambda: office.logs("deaf"))
             pids.append(office.pid("deaf"))
             await office.serve_forever()
 
     task = asyncio.create_task(run())
-    await until(lambda: pids)
+    await eventually(lambda: pids)
     for _ in range(2):
         task.cancel()
         await asyncio.wait([task], timeout=0.1)
@@ -240,7 +236,7 @@ async def test_an_error_in_the_block_comes_out_as_it_is():
 
 async def test_quiet_processes_write_to_files(tmp_path):
     async with Launcher([python("one", SLEEP)], log_dir=tmp_path / "logs") as office:
-        await until(lambda: office.logs("one") == ["up"])
+        await eventually(lambda: office.logs("one") == ["up"])
     lines = (tmp_path / "logs" / "one.log").read_text().splitlines()
     assert "up" in lines
     assert lines[-1] == "-- was killed by SIGTERM"
@@ -249,7 +245,8 @@ async def test_quiet_processes_write_to_files(tmp_path):
 async def test_a_prompt_without_a_line_end_is_shown():
     code = "import sys, time; sys.stdout.write('name? '); sys.stdout.flush(); time.sleep(600)"
     async with Launcher([python("one", code)]) as office:
-        await until(lambda: office.logs("one") == ["name? "])
+        await eventually(lambda: office.logs("one"))
+        assert office.logs("one") == ["name? "]
 
 
 async def test_waiting_for_a_restart_is_bounded():
@@ -306,7 +303,7 @@ async def test_a_launcher_killed_by_force_leaves_nothing(loop):
     assert all(runs(pid) for pid in pids)
     launcher.kill()
     await launcher.wait()
-    await until(lambda: not any(runs(pid) for pid in pids))
+    await eventually(lambda: not any(runs(pid) for pid in pids))
 
 
 @pytest.mark.parametrize("loop", ["asyncio", "uvloop"])

@@ -92,7 +92,7 @@ def test_a_place_that_nobody_takes_goes_to_the_next():
 
 
 class LineHistory:
-    """A line under random calls, with what must hold after each."""
+    """A line under random calls."""
 
     def __init__(self, capacity):
         self.line = Line(capacity)
@@ -111,10 +111,10 @@ class LineHistory:
             self.line.withdraw(one, now=0.0)
         elif action == "expire":
             self.line.expire(now=PLACE_LEASE)
-        taken = len(self.line._handled) + len(self.line._kept)
-        assert self.line._handled == self.handled
-        assert taken <= self.line.capacity
-        assert not self.line.waiting or taken == self.line.capacity, "a place is free, one waits"
+
+    @property
+    def taken(self):
+        return len(self.line._handled) + len(self.line._kept)
 
 
 STEPS = st.tuples(
@@ -128,6 +128,9 @@ def test_no_line_is_over_its_capacity_and_none_waits_beside_a_free_place(capacit
     history = LineHistory(capacity)
     for action, number in steps:
         history.step(action, number)
+        assert history.line._handled == history.handled
+        assert history.taken <= capacity
+        assert not history.line.waiting or history.taken == capacity, "a place is free, one waits"
 
 
 class Server:

@@ -50,7 +50,7 @@ async def office(keys):
         yield office
 
 
-async def shut_out(module, *words):
+async def assert_shut_out(module, *words):
     """What a module is told that is not let in; one that gives up waiting is told otherwise."""
     with pytest.raises(RefusedError, match="joining the bus at") as caught:
         async with module:
@@ -61,7 +61,7 @@ async def shut_out(module, *words):
 
 async def test_without_a_certificate(office):
     plain = office.module("asker", connect=office.router.endpoint.replace("tls/", "tcp/"))
-    await shut_out(
+    await assert_shut_out(
         Module("asker", options=plain.options.model_copy(update={"keys": None})),
         "closes the door",
         "--keys",
@@ -70,19 +70,19 @@ async def test_without_a_certificate(office):
 
 async def test_with_a_user_where_a_certificate_is_wanted(office, keys):
     user = office.module("asker", user="asker", password="x")
-    await shut_out(user, "wants a certificate")
+    await assert_shut_out(user, "wants a certificate")
 
 
 async def test_with_keys_of_another_authority(office, other_keys):
     stranger = office.module("asker", keys=other_keys)
-    await shut_out(stranger, "the router's certificate is not accepted", "authority.pem")
+    await assert_shut_out(stranger, "the router's certificate is not accepted", "authority.pem")
 
 
 async def test_with_a_certificate_of_another_authority(office, keys, other_keys, tmp_path):
     shutil.copytree(other_keys, tmp_path / "keys")
     shutil.copy(keys / "authority.pem", tmp_path / "keys" / "authority.pem")
     stranger = office.module("asker", keys=tmp_path / "keys")
-    await shut_out(stranger, "does not accept certificate", "asker/certificate.pem")
+    await assert_shut_out(stranger, "does not accept certificate", "asker/certificate.pem")
 
 
 async def test_with_a_certificate_that_is_out_of_date(office, keys, tmp_path, monkeypatch):
@@ -90,13 +90,13 @@ async def test_with_a_certificate_that_is_out_of_date(office, keys, tmp_path, mo
     monkeypatch.setattr("tca_bus._authority.BACKDATED", dt.timedelta(days=2))
     Authority(tmp_path / "keys").renew(["asker"], days=-1)
     late = office.module("asker", keys=tmp_path / "keys")
-    await shut_out(late, "does not accept certificate", "expired", "'tca keys renew'")
+    await assert_shut_out(late, "does not accept certificate", "expired", "'tca keys renew'")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a second loopback address")
 async def test_at_a_host_that_the_router_is_not_certified_for(keys):
     async with guarded(keys, POLICY, endpoint="tls/127.0.0.2:0") as office:
-        await shut_out(office.module("asker"), "'tca keys make --host'", "mismatch")
+        await assert_shut_out(office.module("asker"), "'tca keys make --host'", "mismatch")
 
 
 async def test_under_the_name_of_another(office, keys, tmp_path):
@@ -104,12 +104,14 @@ async def test_under_the_name_of_another(office, keys, tmp_path):
     modules = tmp_path / "keys" / "modules"
     shutil.rmtree(modules / "server")
     shutil.copytree(modules / "asker", modules / "server")
-    await shut_out(office.module("server", keys=tmp_path / "keys"), "take this name", "'modules'")
+    await assert_shut_out(
+        office.module("server", keys=tmp_path / "keys"), "take this name", "'modules'"
+    )
 
 
 async def test_under_a_name_that_the_policy_does_not_list(office):
-    await shut_out(office.module("robot"), "does not let it take this name")
-    await shut_out(office.module("robot-12"), "does not let it take this name")
+    await assert_shut_out(office.module("robot"), "does not let it take this name")
+    await assert_shut_out(office.module("robot-12"), "does not let it take this name")
 
 
 async def test_on_another_realm_nothing_is_heard(office):
@@ -163,9 +165,9 @@ async def test_passwords_are_enough_where_nobody_listens_in(keys):
         async with typed:
             pass
         wrong = office.module("asker", keys=None, user="asker", password="wrong")
-        await shut_out(wrong, "user 'asker'", "another password")
-        await shut_out(office.module("asker", keys=None), "wants user and password")
-        await shut_out(
+        await assert_shut_out(wrong, "user 'asker'", "another password")
+        await assert_shut_out(office.module("asker", keys=None), "wants user and password")
+        await assert_shut_out(
             office.module("server", keys=None, user="asker", password=password), "take this name"
         )
 
@@ -176,13 +178,13 @@ async def test_passwords_over_an_encrypted_link(keys):
             "asker", user="asker", password=Keyring(keys).read_password("asker")
         ):
             pass
-        await shut_out(office.module("asker", user="asker", password="wrong"))
+        await assert_shut_out(office.module("asker", user="asker", password="wrong"))
 
 
 async def test_a_user_at_a_router_that_knows_none_is_told(keys):
     async with bus() as options:
         given = options.model_copy(update={"keys": keys, "connect_timeout": 10.0})
-        await shut_out(Module("asker", options=given), "asks for none")
+        await assert_shut_out(Module("asker", options=given), "asks for none")
 
 
 async def test_nobody_there_is_no_refusal(keys):

@@ -330,9 +330,14 @@ def test_a_file_that_is_not_there_is_told(tmp_path):
 
 
 def test_permissions_without_a_policy_allow_everything():
-    permissions = Permissions()
-    permissions.check("anybody", Right.KILL, "anything", owner="somebody")
-    permissions.check_listening("anybody", "anything", is_inform=False)
+    lax, strict = Permissions(), Permissions(OFFICE)
+    for right in Right:
+        assert lax.may("anybody", right, "anything", owner="somebody")
+        assert not strict.may("anybody", right, "anything", owner="somebody")
+    lax.check("anybody", Right.KILL, "anything", owner="somebody")
+    lax.check_listening("anybody", "anything", is_inform=False)
+    with pytest.raises(RefusedError):
+        strict.check_listening("anybody", "anything", is_inform=False)
 
 
 def test_a_refusal_says_who_may_not_do_what():

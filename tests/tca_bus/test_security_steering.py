@@ -48,6 +48,7 @@ POLICY = {
 
 ALARM = Sending(name="alarm", task_class="command")
 TAP = Tap(id="tap", condition=TapCondition.WHEN_SENT, listener=ALARM)
+TAP_ALL = TAP.model_copy(update={"id": "tap-all"})
 CATCH = Catch(id="catch", handler="alarm")
 CLEAN_UP = CleanUp(id="clean", sending=ALARM)
 
@@ -85,7 +86,7 @@ def questions(id):
             Attach(to_task=id, what=CLEAN_UP),
             Attach(to_message="drive", what=CATCH),
         ],
-        "tap": [Attach(to_task=id, what=TAP), Attach(to_message="drive", what=TAP)],
+        "tap": [Attach(to_task=id, what=TAP), Attach(to_message="drive", what=TAP_ALL)],
     }
 
 
@@ -104,9 +105,25 @@ async def test_without_the_right_it_is_refused(keys, right):
 
 @pytest.mark.parametrize("right", ["suspend", "prioritise", "tap"])
 async def test_with_the_right_it_is_done(keys, right):
-    async with task_of_asker(keys) as (office, _, _, task), office.module("guard") as guard:
+    async with task_of_asker(keys) as (office, central, _, task), office.module("guard") as guard:
+        done = []
         for question in questions(task.id)[right]:
             await guard.query(question, to="central")
+            done.append(steered(central, task))
+        assert done == STEERED[right]
+
+
+def steered(central, task):
+    """What can be seen of a task when it was steered."""
+    status = central.tree.status(task.id)
+    return status.suspended, status.priority, len(central.tree.attachments())
+
+
+STEERED = {
+    "suspend": [(True, 0, 0), (False, 0, 0)],
+    "prioritise": [(False, 3, 0)],
+    "tap": [(False, 0, 1), (False, 0, 2)],
+}
 
 
 async def test_with_the_right_a_tree_is_edited(keys):
@@ -121,11 +138,13 @@ async def test_with_the_right_a_tree_is_edited(keys):
 
 
 async def test_the_sender_of_a_task_steers_it_without_a_right(keys):
-    async with task_of_asker(keys) as (_, _, asker, task):
-        for right in ("suspend", "prioritise"):
-            for question in questions(task.id)[right]:
-                await asker.query(question, to="central")
+    async with task_of_asker(keys) as (_, central, asker, task):
+        await asker.query(SuspendTask(id=task.id), to="central")
+        await asker.query(PrioritizeTask(id=task.id, priority=3), to="central")
         await asker.query(Attach(to_task=task.id, what=TAP), to="central")
+        assert steered(central, task) == (True, 3, 1)
+        await asker.query(SuspendTask(id=task.id, resume=True), to="central")
+        assert steered(central, task) == (False, 3, 1)
 
 
 async def test_what_central_sends_for_a_module_gives_it_no_right_to_send(keys):

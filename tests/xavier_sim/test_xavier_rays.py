@@ -121,7 +121,7 @@ def both():
     return RayCaster(SEGMENTS, REACH), make_caster("numba", SEGMENTS, REACH)
 
 
-def same(one, other, *where, **about):
+def assert_same(one, other, *where, **about):
     for mine, theirs in zip(one.cast(*where, **about), other.cast(*where, **about), strict=True):
         assert mine.tobytes() == theirs.tobytes()
 
@@ -140,13 +140,13 @@ def test_both_casters_agree_bit_for_bit(both, point, looks, crowd, data):
     for caster in both:
         caster.switch(door, on=len(looks) % 2 == 0)
     crowd = crowd + np.array([*point, 0.0])
-    same(*both, np.tile(start, (len(looks), 1)), np.array(looks), circles=crowd)
+    assert_same(*both, np.tile(start, (len(looks), 1)), np.array(looks), circles=crowd)
 
 
 def test_both_casters_agree_outside_of_the_floor(both):
     looks = np.linspace(-math.pi, math.pi, 60)
     for x, y in ((-3.0, 20.0), (500.0, 20.0), (5.0, -2.0), (5.0, 1e6)):
-        same(*both, np.tile([[x, y]], (60, 1)), looks)
+        assert_same(*both, np.tile([[x, y]], (60, 1)), looks)
 
 
 @settings(max_examples=30, deadline=None)
@@ -160,7 +160,7 @@ def test_both_casters_agree_outside_of_the_floor(both):
 def test_both_casters_agree_among_slanting_walls(both, rows, point, looks):
     walls = np.array(rows, dtype=float).reshape(-1, 4) / 2
     casters = RayCaster(walls, REACH), type(both[1])(walls, REACH)
-    same(*casters, np.tile(np.array(point) / 2, (len(looks), 1)), np.array(looks))
+    assert_same(*casters, np.tile(np.array(point) / 2, (len(looks), 1)), np.array(looks))
 
 
 def test_circles_stand_before_walls():

@@ -35,6 +35,7 @@ from rogue.prodigy import (
 from rogue.prodigy._candidates import CandidateIndex
 from rogue.prodigy._patterns import BindingsPattern, ListPattern, Pattern, RuleValue, unify
 from rogue.prodigy._terms import Term
+from rogue.prodigy._types import TypeSpec
 
 YARD = """
 (ptype-of thing :top-type)
@@ -112,7 +113,7 @@ class View:
         return (lit("(at red shed)"), lit("(~ (open shed))"))
 
     def objects_of(self, kind: str) -> tuple[str, ...]:
-        raise NotImplementedError(kind)
+        return self.objects.of(TypeSpec((kind,)))
 
     def tail(self) -> tuple[Instance, ...]:
         return self.chosen
