@@ -208,7 +208,8 @@ class Central:
                 if left <= 0:
                     raise
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(self._changed.wait(), left)
+                    async with asyncio.timeout(left):
+                        await self._changed.wait()
             else:
                 return
 

@@ -76,7 +76,8 @@ class Absences:
             if self._is_replaced(module) or time.monotonic() >= deadline:
                 return False
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._changed.wait(), LOOK_PERIOD)
+                async with asyncio.timeout(LOOK_PERIOD):
+                    await self._changed.wait()
         return True
 
     def awaited(self) -> set[str]:

@@ -56,7 +56,8 @@ class Hold(Generic[R]):
             AssertionError: None does within ``timeout`` wall seconds.
         """
         try:
-            await asyncio.wait_for(self._reached.wait(), timeout)
+            async with asyncio.timeout(timeout):
+                await self._reached.wait()
         except TimeoutError as error:
             raise AssertionError(f"no message came within {timeout:g} s") from error
 

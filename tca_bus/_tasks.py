@@ -47,6 +47,9 @@ TRY_TIMEOUT = 3.0
 UNSEEN_GRACE = 3.0
 """Wall seconds to wait for a central that has never been seen."""
 
+SIGHT_DELAY = 1.0
+"""Wall seconds within which central sees a handler that the sender of a task sees."""
+
 OUT_OF_REACH = (BusGoneError, BusyError, NoHandlerError, PeerLostError, TimedOutError)
 """What says that central is away or overrun, when it is not central's word on a task."""
 
@@ -114,7 +117,7 @@ class TaskSender:
         early = Early(task.id)
         self._early.append(early)
         try:
-            status = await self.ask_central(task, timeout=timeout)
+            status = await self._have_made(task, timeout)
         finally:
             self._early.remove(early)
         handle = TaskHandle[Any](status, self, adapter, on_failure)
@@ -122,6 +125,20 @@ class TaskSender:
         if early.status is not None:
             handle.update(early.status)
         return handle
+
+    async def _have_made(self, task: SubmitTask, timeout: float) -> TaskStatus:
+        """Send a task until central, which may see its handler last, has made the node."""
+        begun = time.monotonic()
+        while True:
+            passed = time.monotonic() - begun
+            try:
+                return await self.ask_central(task, timeout=timeout - passed)
+            except NoHandlerError as error:
+                is_seen = self.core.presence.table.has_provider(task.name)
+                is_late = passed + RETRY_DELAY > min(timeout, SIGHT_DELAY)
+                if is_late or not is_seen or error.message != task.name:
+                    raise
+            await asyncio.sleep(RETRY_DELAY)
 
     def _follow(self, handle: TaskHandle[Any]) -> None:
         """Keep a handle informed for as long as somebody holds it, or another of its task."""

@@ -81,7 +81,8 @@ class TokenWatch:
             listed.set()
 
         self.ask(timeout, take)
-        await asyncio.wait_for(listed.wait(), timeout + 1.0)
+        async with asyncio.timeout(timeout + 1.0):
+            await listed.wait()
         self._has_begun = True
         self._listed = {token.key: token for token in found[0].tokens}
 

@@ -27,6 +27,7 @@ from tca_bus import (
     TaskStatus,
     TimedOutError,
 )
+from tca_bus._central import Central
 from tca_bus._presence import VANISH_GRACE
 from tca_bus._protocol import SubmitTask
 from tca_bus.testing import bus, central, eventually
@@ -96,6 +97,41 @@ async def test_a_command_gives_the_result_that_it_names():
         assert handle.status.handler == "porter"
         plain = await boss.submit_json("carry", {"weight": 1}, task_class="command")
         assert await plain.result(timeout=10.0) == {"weight": 1.0}
+
+
+def central_sees_late(monkeypatch, times):
+    """Let central not see the handler the first ``times``; gives the tasks that it refused."""
+    admit, refused = Central.admit, []
+
+    async def admit_late(self, task):
+        if len(refused) < times:
+            refused.append(task.id)
+            raise NoHandlerError(task.name)
+        await admit(self, task)
+
+    monkeypatch.setattr(Central, "admit", admit_late)
+    return refused
+
+
+async def test_a_handler_that_central_sees_after_the_sender_is_no_missing_one(monkeypatch):
+    refused = central_sees_late(monkeypatch, 2)
+    async with office() as (_, boss, seen):
+        handle = await boss.execute(Carry(weight=2.5), id="early")
+        assert await handle.result(timeout=10.0) == Parcel(weight=2.5)
+    assert refused == ["early", "early"]
+    assert seen == ["early"]
+
+
+async def test_a_handler_that_central_does_not_see_is_missing_in_the_end(monkeypatch):
+    monkeypatch.setattr("tca_bus._tasks.SIGHT_DELAY", 0.2)
+    refused = central_sees_late(monkeypatch, 1000)
+    async with office() as (_, boss, _):
+        with pytest.raises(NoHandlerError, match="'carry'"):
+            await boss.execute(Carry(weight=2.5))
+        assert len(refused) == 2
+        with pytest.raises(NoHandlerError, match="'fly'"):
+            await boss.submit_json("fly", {}, task_class="command")
+        assert len(refused) == 3
 
 
 async def test_a_failure_crosses_with_name_text_data_and_node():

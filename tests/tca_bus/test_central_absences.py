@@ -148,6 +148,17 @@ async def test_the_next_start_of_a_module_ends_the_wait_for_the_one_before():
         assert caught.value.failure.name == "module_lost"
 
 
+async def test_central_ends_cleanly_while_a_module_comes_and_it_waits_for_another():
+    async with bus() as options:
+        async with Central(options, lost_after=1e6) as running:
+            async with Lifter("lifter", options).module:
+                await eventually(lambda: has_handler(running, Lift))
+            await eventually(running._absences.awaited)
+            # Who waits is woken, and cancelled before it runs.
+            running._absences.presence_changed()
+        assert running.module.is_closed
+
+
 @pytest.mark.parametrize("seconds", [-1.0, float("inf"), float("nan")])
 def test_a_patience_that_is_no_time_is_refused(seconds):
     with pytest.raises(ConfigError, match="--lost-after"):
