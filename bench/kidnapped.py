@@ -22,8 +22,9 @@ import numpy as np
 from navigate.body import Pose, wrap
 from navigate.driving import STOP, Drive, Wheels
 from navigate.maps import Floor, load_plan
+from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
-from navigate.position import DeadReckoning, Estimate, LocalizerName, make_localizer
+from navigate.position import DeadReckoning, Estimate, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World

@@ -16,13 +16,16 @@ import asyncio
 import functools
 import sys
 from collections.abc import Iterable, Iterator
+from typing import get_args
 
 from soaks.bus import soak_over_bus
 
+from navigate.messages import LocalizerName
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.messages import ProfileName
 from xavier_sim.soak import FAULT_KINDS, Job, Rate, SoakOptions, SoakRun, Summary
 
-LOCALIZERS = ("odometry", "particles", "pomdp")
+LOCALIZERS = sorted(get_args(LocalizerName))
 PLAIN, BUS = "plain", "over the bus"
 COLUMNS = (
     "run", "jobs", "km", "reachable: completed", "unreachable: refused", "false arrivals", "bumps",
@@ -71,11 +74,13 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--hours", type=float, default=4.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--map", default=DEFAULT_FLOOR)
-    parser.add_argument("--profile", default="xavier", choices=("hard", "modern", "xavier"))
+    parser.add_argument("--profile", default="xavier", choices=get_args(ProfileName))
     parser.add_argument("--people", type=int, default=0)
     parser.add_argument("--carts", type=int, default=0)
     parser.add_argument("--faults", nargs="*", choices=FAULT_KINDS, help="all when none is named")
-    parser.add_argument("--localizers", nargs="*", help="all when none is named")
+    parser.add_argument(
+        "--localizers", nargs="*", choices=LOCALIZERS, help="all when none is named"
+    )
     parser.add_argument("--bus", action="store_true", help="the plain run with all processes too")
     flags = parser.parse_args()
     if flags.faults == []:
@@ -83,7 +88,7 @@ def arguments() -> argparse.Namespace:
             kind for kind in FAULT_KINDS if kind != "laser" or flags.profile != "xavier"
         ]
     if flags.localizers == []:
-        flags.localizers = list(LOCALIZERS)
+        flags.localizers = LOCALIZERS
     return flags
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import cast, get_args
 
 from navigate.maps import Floor
+from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
-from navigate.position import DEFAULT_LOCALIZER, LocalizerName, Picking, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, Picking, make_localizer
 from tca_bus import TcaError, did_you_mean
 from xavier_sim.messages import FloorPlan
 

@@ -8,17 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from navigate.messages import LocalizerName
 from rogue.planning import Rules
 from tca_bus import BusOptions
 from tca_bus.launcher import ModulePresent, ProcessSpec, Ready, RouterListening
+from xavier_sim.messages import ProfileName
 
 People = Literal["auto", "keyboard"]
-
-Profile = Literal["hard", "modern", "xavier"]
-"""The robots that `xavier run` knows."""
-
-Localizer = Literal["particles", "pomdp", "odometry"]
-"""What tells the navigator where it is, as `navigate run` knows it."""
 
 SIDE_BY_SIDE = dict.fromkeys(("xavier", "speech", "navigate"), ("central",))
 """Those that need only what is named here ready before them, not all that start earlier."""
@@ -65,9 +61,9 @@ class OfficeOptions:
     away: float | None = None
     missing_items: float | None = None
     epoch: str | None = None
-    profile: Profile = "xavier"
+    profile: ProfileName = "xavier"
     battery: float | None = None
-    localizer: Localizer | None = None
+    localizer: LocalizerName | None = None
     people_walking: int = 0
     carts: int = 0
     rules: Rules = Rules.WORKING

@@ -55,6 +55,10 @@ class Trouble(enum.StrEnum):
     """The robot could not do it, and trying again is of no use."""
 
 
+BELIEF, CAMERA, PERSON = LAYERS = ("belief", "camera", "person")
+"""Names of our layers, which make sure of an arrival, cheap to costly."""
+
+
 class Arrival(BaseModel):
     """What was found out when the robot had come somewhere.
 

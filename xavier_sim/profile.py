@@ -21,6 +21,7 @@ from xavier_sim.messages import (
     STRIPER_FARTHEST,
     STRIPER_NEAREST,
     STRIPER_VIEW,
+    ProfileName,
 )
 
 PHYSICS_STEP = 0.02
@@ -259,5 +260,5 @@ MODERN = RobotProfile(
 )
 """A robot of today on the same floor."""
 
-PROFILES = {"hard": HARD, "modern": MODERN, "xavier": XAVIER}
+PROFILES: dict[ProfileName, RobotProfile] = {"hard": HARD, "modern": MODERN, "xavier": XAVIER}
 """The robots that a command line can name."""

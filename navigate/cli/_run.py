@@ -10,8 +10,9 @@ from cyclopts.validators import Number
 
 from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
+from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
-from navigate.position import DEFAULT_LOCALIZER, LocalizerName, Picking, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, Picking, make_localizer
 from navigate.service import NavigateService
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options

@@ -12,6 +12,7 @@ from navigate.messages.drives import (
     Progress,
     StopDriving,
 )
+from navigate.messages.localizers import LocalizerName
 from navigate.messages.outlook import Outlook, ShowOutlook
 from navigate.messages.places import RoomLocation, RoomName, Rooms, ShowMap, WhereIsRoom
 from navigate.messages.position import (
@@ -37,6 +38,7 @@ __all__ = [
     "BeliefState",
     "Believed",
     "DriveProgress",
+    "LocalizerName",
     "Look",
     "NavigateToGoal",
     "NavigationFailure",

@@ -1,17 +1,14 @@
-"""The localizers by name, as the command line has them."""
+"""The localizers by their names."""
 
 from __future__ import annotations
 
-from typing import Literal
-
 from navigate.maps import Floor
+from navigate.messages import LocalizerName
 from navigate.position._localizer import Localizer
 from navigate.position._particles import ParticleFilter
 from navigate.position._policy import Picking
 from navigate.position._pomdp import PomdpLocalizer
 from navigate.position._reckoning import DeadReckoning
-
-LocalizerName = Literal["pomdp", "particles", "odometry"]
 
 DEFAULT: LocalizerName = "pomdp"
 """The papers' own; the others are yardsticks."""

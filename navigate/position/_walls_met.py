@@ -7,6 +7,7 @@ Localization by Tracking Geometric Beacons (1991).
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -21,6 +22,9 @@ REACH = 4.0
 
 TILE = 1.0
 """Metres along a side of the squares for which the walls around are kept."""
+
+MOST_TILES = 512
+"""Squares for which they are kept at most; those around the robot come again soonest."""
 
 PARALLEL = 1e-12
 """Keeps a line along the border of a cone from being divided by zero."""
@@ -62,7 +66,7 @@ class WallsMet:
         doors = np.array([door.segment() for door in floor.doors.values()]).reshape(-1, 4)
         self._lines = np.concatenate([floor.walls, doors])
         self._first_door = len(floor.walls)
-        self._around: dict[tuple[int, int], _Lines] = {}
+        self._around = functools.lru_cache(maxsize=MOST_TILES)(self._lines_around)
 
     def nearest(self, sonars: Floats) -> tuple[Nearest, Nearest]:
         """What each of k sonars meets with all doors open, and with all of them shut.
@@ -70,21 +74,24 @@ class WallsMet:
         Args:
             sonars: x and y in metres, and the direction of look: shape (k, 3), about one place.
         """
-        lines = self._lines_around(float(sonars[0, 0]), float(sonars[0, 1]))
+        x, y = float(sonars[0, 0]), float(sonars[0, 1])
+        lines = self._around(math.floor(x / TILE), math.floor(y / TILE))
         return nearest_points(lines.ends, lines.lengths, lines.walls, sonars)
 
-    def _lines_around(self, x: float, y: float) -> _Lines:
-        """The lines in reach of a point."""
-        tile = (math.floor(x / TILE), math.floor(y / TILE))
-        if tile not in self._around:
-            middle = (np.array(tile) + 0.5) * TILE
-            reach = REACH + TILE
-            corners = self._lines.reshape(-1, 2, 2)
-            near = (corners.min(axis=1) < middle + reach).all(axis=1)
-            near &= (corners.max(axis=1) > middle - reach).all(axis=1)
-            walls = int(near[: self._first_door].sum())
-            self._around[tile] = _Lines(self._lines[near], walls)
-        return self._around[tile]
+    @property
+    def kept(self) -> int:
+        """For how many squares the walls around are kept now."""
+        return self._around.cache_info().currsize
+
+    def _lines_around(self, column: int, row: int) -> _Lines:
+        """The lines in reach of any point of a square, by its number along x and y."""
+        middle = (np.array((column, row)) + 0.5) * TILE
+        reach = REACH + TILE
+        corners = self._lines.reshape(-1, 2, 2)
+        near = (corners.min(axis=1) < middle + reach).all(axis=1)
+        near &= (corners.max(axis=1) > middle - reach).all(axis=1)
+        walls = int(near[: self._first_door].sum())
+        return _Lines(self._lines[near], walls)
 
 
 def nearest_points(

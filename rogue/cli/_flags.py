@@ -9,11 +9,13 @@ from typing import Annotated, Any
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
+from navigate.messages import LocalizerName
 from rogue.errands import MOST_PLACES, Metric, MetricError, RankSum, load_metric
-from rogue.office import Localizer, People, Profile
+from rogue.office import People
 from rogue.planning import RuleName, Rules
 from rogue.requests import finger_server
 from tca_bus import ConfigError
+from xavier_sim.messages import ProfileName
 
 WORLD_GROUP = Group("World", sort_key=10)
 PLANNER_GROUP = Group("Planner", sort_key=20)
@@ -99,9 +101,9 @@ class PlannerFlags:
 class RobotFlags:
     """What robot it is, and what it meets in the corridors."""
 
-    profile: Profile = "xavier"
+    profile: ProfileName = "xavier"
     """The robot: Xavier as a rule, on its bad days, or a robot of today with a lidar."""
-    localizer: Localizer | None = None
+    localizer: LocalizerName | None = None
     """What tells the navigator where it is: a particle filter, a POMDP, or odometry alone; its
     own choice if not given."""
     battery: Annotated[

@@ -16,10 +16,8 @@ from rogue.execution._asking import YES, ask, typed
 from rogue.execution._effects import Believe, Locate, Look, Part, Tell
 from rogue.execution._patience import Patience
 from rogue.execution._whereabouts import PLACES, Evidence, both, bounded, read, stated
+from rogue.outcomes import BELIEF, CAMERA, PERSON
 from xavier_sim.messages import Ask
-
-BELIEF, CAMERA, PERSON = "belief", "camera", "person"
-"""Names of the layers."""
 
 AT_KEYBOARD = "Please answer on my keyboard."
 

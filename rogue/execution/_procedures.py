@@ -29,11 +29,10 @@ from rogue.execution._effects import (
     Procedure,
     Tell,
 )
-from rogue.execution._layers import CAMERA
 from rogue.execution._patience import Patience
 from rogue.execution._verification import Verification
 from rogue.execution._whereabouts import bounded
-from rogue.outcomes import Arrival, Outcome, StepOutcome, Thing, Trouble
+from rogue.outcomes import CAMERA, Arrival, Outcome, StepOutcome, Thing, Trouble
 from xavier_sim.messages import Ask
 
 WHEN_FINISHED = "Please indicate on my keyboard when you are finished."

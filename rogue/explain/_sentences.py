@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rogue.explain._decision import Decision, DecisionKind, Rival
 from rogue.explain._rules import because
 from rogue.explain._words import plain
+from rogue.outcomes import BELIEF, CAMERA, PERSON
 from rogue.times import show_time
 
 if TYPE_CHECKING:
@@ -28,9 +29,9 @@ _GOALS = {
 }
 
 _LAYERS = {
-    "belief": "the navigator's belief",
-    "camera": "the door plate",
-    "person": "somebody who was asked",
+    BELIEF: "the navigator's belief",
+    CAMERA: "the door plate",
+    PERSON: "somebody who was asked",
 }
 
 MOST_NAMED = 4

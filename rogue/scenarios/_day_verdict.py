@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rogue.messages import DeliveryRequest, Refusal, RequestState
+from rogue.outcomes import LAYERS
 from rogue.scenarios._day_plan import DayPlan, Kind, Post
 
 
@@ -98,10 +99,6 @@ def counts(plan: DayPlan, record: DayRecord) -> Mapping[Kind, Counter[str]]:
     for post in plan.posts:
         found[post.kind][record.outcome(post.id)] += 1
     return found
-
-
-LAYERS = ("belief", "camera", "person")
-"""What makes sure of an arrival, cheap to costly."""
 
 
 def verification(record: DayRecord) -> dict[str, int]:

@@ -13,8 +13,9 @@ from navigate_loop import true_plan
 
 from navigate.body import Motion
 from navigate.maps import Floor
+from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
-from navigate.position import DeadReckoning, LocalizerName, make_localizer
+from navigate.position import DeadReckoning, make_localizer
 from navigate.position._localizer import in_cells
 
 FLOOR = Floor(true_plan())

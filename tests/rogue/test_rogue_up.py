@@ -9,10 +9,12 @@ import pytest
 from command_line import run_command
 
 from navigate.cli import app as navigate
+from navigate.messages import LocalizerName
 from rogue.cli import _up, app
-from rogue.office import Localizer, OfficeOptions, Profile, office_specs
+from rogue.office import OfficeOptions, office_specs
 from tca_bus import BusOptions, ConfigError
 from xavier_sim.cli import app as xavier
+from xavier_sim.messages import ProfileName
 
 
 @pytest.mark.parametrize(
@@ -67,8 +69,8 @@ async def test_what_it_is_told_reaches_the_processes(tmp_path, monkeypatch):
     assert arguments(specs, "navigate", navigate)["localizer"] == "pomdp"
 
 
-@pytest.mark.parametrize("profile", get_args(Profile))
-@pytest.mark.parametrize("localizer", get_args(Localizer))
+@pytest.mark.parametrize("profile", get_args(ProfileName))
+@pytest.mark.parametrize("localizer", get_args(LocalizerName))
 def test_every_robot_and_localizer_is_known_to_those_who_have_it(profile, localizer, tmp_path):
     options = OfficeOptions(data=tmp_path, profile=profile, localizer=localizer)
     specs = office_specs(options, BusOptions())

@@ -14,13 +14,14 @@ from pydantic import ValidationError
 
 from tca_bus._frames import decode_frame, encode_frame
 from tca_bus._types import array_fields
-from xavier_sim.cli._worlds import ProfileName, WorldFlags, open_world
+from xavier_sim.cli._worlds import WorldFlags, open_world
 from xavier_sim.floors import Geometry
 from xavier_sim.messages import (
     LIDAR_BEAMS,
     SONAR_COUNT,
     STRIPER_BEAMS,
     LaserOffset,
+    ProfileName,
     Sensors,
     SonarFault,
 )

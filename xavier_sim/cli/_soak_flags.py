@@ -9,8 +9,9 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from tca_bus import ConfigError
-from xavier_sim.cli._worlds import Count, ProfileName
+from xavier_sim.cli._worlds import Count
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.messages import ProfileName
 from xavier_sim.sensors import Rays
 from xavier_sim.soak import FaultKind, SoakOptions
 

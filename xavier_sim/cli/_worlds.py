@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
@@ -15,6 +15,7 @@ from cyclopts.validators import Number
 from tca_bus import ConfigError
 from xavier_sim.cli._flags import checked_seed
 from xavier_sim.floors import DEFAULT_FLOOR, find_floor, load_floor
+from xavier_sim.messages import ProfileName
 from xavier_sim.profile import PROFILES, XAVIER_CRUISE, BatteryProfile, RobotProfile
 from xavier_sim.running import RobotState, SimClock, Team, parse_speed
 from xavier_sim.sensors import Rays
@@ -23,7 +24,6 @@ from xavier_sim.world import ROBOT, RobotsError, World
 
 WORLD_GROUP = Group("World", sort_key=10)
 
-ProfileName = Literal["hard", "modern", "xavier"]
 Count = Annotated[int, Parameter(validator=Number(gte=0, lte=200))]
 
 

@@ -25,6 +25,7 @@ from xavier_sim.messages.people import (
     Occupant,
     WhoIsIn,
 )
+from xavier_sim.messages.profiles import ProfileName
 from xavier_sim.messages.robot import (
     BUMP_PANELS,
     LIDAR_BEAMS,
@@ -87,6 +88,7 @@ __all__ = [
     "MovePerson",
     "Occupant",
     "PlateReading",
+    "ProfileName",
     "ReadBattery",
     "ReadFaults",
     "ReadPlate",

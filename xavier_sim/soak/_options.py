@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from xavier_sim.floors import DEFAULT_FLOOR
+from xavier_sim.messages import ProfileName
 from xavier_sim.sensors import Rays
 from xavier_sim.soak._mishaps import FaultKind
 
@@ -31,7 +32,7 @@ class SoakOptions(BaseModel):
     floor: str = DEFAULT_FLOOR
     navigator: str = "navigate"
     navigator_options: dict[str, str] = {}
-    profile: Literal["hard", "modern", "xavier"] = "xavier"
+    profile: ProfileName = "xavier"
     people: int = Field(default=0, ge=0, le=200)
     carts: int = Field(default=0, ge=0, le=200)
     fault: FaultKind | None = None
