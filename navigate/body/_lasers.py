@@ -84,11 +84,14 @@ class Laser:
             return None
         readings = beams.astype(np.float64)
         sound = (readings >= self.nearest) & (readings <= self.farthest)
-        spots = np.full((self.beams + 1, 2), AWAY)
+        spots = np.empty((self.beams + 1, 2))
         np.multiply(self._unit, np.where(sound, readings, AWAY)[:, None], out=spots[:-1])
         spots[:-1, 0] += self.ahead
-        off = spots[self._cones] - self._mounts
-        nearest = np.sqrt(np.einsum("ijk,ijk->ij", off, off).min(axis=1))
+        spots[-1] = AWAY
+        off = spots.take(self._cones, axis=0)
+        off -= self._mounts
+        off *= off
+        nearest = np.sqrt(np.minimum.reduce(off[..., 0] + off[..., 1], axis=1))
         ring = np.full(len(BEARINGS), np.inf)
         ring[self._lit] = np.where(nearest < 0.5 * AWAY, nearest, np.inf)
         return Sight(np.where(sound, readings, np.inf), spots[:-1], ring)

@@ -72,9 +72,10 @@ def heard_ranges(sensors: Sensors) -> Floats:
     return np.where(ranges >= 0.0, ranges, np.inf)
 
 
-def fresh_sonars(bits: int) -> list[int]:
+@functools.lru_cache(maxsize=256)
+def fresh_sonars(bits: int) -> tuple[int, ...]:
     """The numbers of the sonars whose bit is set."""
-    return [number for number in SONARS if bits >> number & 1]
+    return tuple(number for number in SONARS if bits >> number & 1)
 
 
 @functools.lru_cache(maxsize=256)

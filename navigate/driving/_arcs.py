@@ -96,17 +96,18 @@ def free_spans(x: Floats, y: Floats, radius: float, *, within: float = FAR) -> S
     `MOST_CIRCLES` that are met first.
     """
     reach, turn = shortest_arcs(x, y, radius)
-    near = np.flatnonzero(reach < within)
+    near = (reach < within).nonzero()[0]
     if len(near) > MOST_CIRCLES:
         near = near[np.argpartition(reach[near], MOST_CIRCLES)[:MOST_CIRCLES]]
+    reach, turn = reach[near], turn[near]
     low, high = blocked_curvatures(x[near], y[near], radius)
     bounds = np.concatenate([low, high, _ALWAYS])
-    bounds.clip(-SHARPEST, SHARPEST, out=bounds)
+    np.minimum(np.maximum(bounds, -SHARPEST, out=bounds), SHARPEST, out=bounds)
     bounds.sort()
     wide = (bounds[1:] - bounds[:-1]) > SLIT
     right, left = bounds[:-1][wide], bounds[1:][wide]
     middle = (0.5 * (left + right))[:, None]
     sharpest = np.maximum(np.abs(left), np.abs(right))[:, None]
-    length = np.maximum(reach[near], turn[near] / sharpest)
+    length = np.maximum(reach, turn / sharpest)
     met = np.where((middle > low) & (middle < high), length, FAR)
-    return Spans(right, left, met.min(axis=1, initial=FAR))
+    return Spans(right, left, np.minimum.reduce(met, axis=1, initial=FAR))

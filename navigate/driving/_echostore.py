@@ -56,14 +56,16 @@ class EchoStore:
         """The cells of what is kept still at ``time``."""
         if self._latest <= time - self._seconds:
             return _NO_CELLS
-        return np.flatnonzero(self._at > time - self._seconds)
+        return (self._at > time - self._seconds).nonzero()[0]
 
     def spots(self, cells: Indices) -> Floats:
         """Where the echoes of cells (n,) are, metres, shape (n, 2)."""
-        return np.asarray(self._spots[cells])
+        return self._spots.take(cells, axis=0)
 
     def miss(self, cells: Indices) -> None:
         """Count a reading past each of some cells, and forget what was missed often."""
+        if len(cells) == 0:
+            return
         self._missed[cells] += 1
         self._at[cells[self._missed[cells] >= self._misses]] = -np.inf
 

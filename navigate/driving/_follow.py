@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +54,7 @@ MOUTH_NEAR = 0.55
 MOUTH_AHEAD, MOUTH_BEHIND = 1.0, 0.3
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Way:
     """A straight way through a space, and how far to its right and left the floor reaches.
 
@@ -67,20 +68,25 @@ class Way:
     highest: float = 0.0
     mouths: tuple[Point, ...] = ()
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Metres."""
         return math.dist(self.start, self.goal)
 
-    @property
+    @cached_property
     def heading(self) -> float:
         """Radians in the map frame."""
         return math.atan2(self.goal[1] - self.start[1], self.goal[0] - self.start[0])
 
+    @cached_property
+    def direction(self) -> Point:
+        """The unit vector in the map frame."""
+        return math.cos(self.heading), math.sin(self.heading)
+
     def locate(self, at: Point) -> tuple[float, float]:
         """Metres along the way and to its left."""
         dx, dy = at[0] - self.start[0], at[1] - self.start[1]
-        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        cos, sin = self.direction
         return dx * cos + dy * sin, dy * cos - dx * sin
 
 
@@ -157,7 +163,8 @@ def _steer(view: View, way: Way, echoes: Floats, lane: Lane, top: float) -> Whee
     if abs(error) > TURN_FIRST:
         return Wheels(0.0, turn_rate(error))
     within = math.dist(view.at, way.goal) + 0.5
-    near = echoes[(echoes**2).sum(axis=1) < within**2]
+    squares = echoes * echoes
+    near = echoes[squares[:, 0] + squares[:, 1] < within**2]
     choice = choose(near, error, Window.around(view.speed, view.turn, top))
     if choice.wheels.speed == 0.0:
         slow = Window.around(view.speed, view.turn, min(top, SLOW_SPEED))
@@ -182,10 +189,10 @@ def _obstacles(view: View, way: Way) -> Floats:
     A cone that glances along a wall hears its near edge, half a metre into the corridor where
     it is plotted on the axis.
     """
-    away = np.hypot(view.echoes[:, 0], view.echoes[:, 1])
-    bearings = np.arctan2(view.echoes[:, 1], view.echoes[:, 0])
-    strange = are_strange(view.pose, way.space, away, bearings, view.spreads)
-    return np.asarray(view.echoes[strange | (away < NEAR)])
+    ahead, left = view.echoes[:, 0], view.echoes[:, 1]
+    away = np.hypot(ahead, left)
+    strange = are_strange(view.pose, way.space, away, np.arctan2(left, ahead), view.spreads)
+    return view.echoes[strange | (away < NEAR)]
 
 
 def _lane(view: View, way: Way, echoes: Floats, last: Lane | None) -> Lane:

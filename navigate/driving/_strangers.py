@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from navigate.body import BEARINGS, CONE_HALF, RING_RADIUS, Pose, fresh_sonars
+from navigate.body import BEARINGS, CONE_HALF, PITCH, RING_RADIUS, Pose, fresh_sonars
 from navigate.driving._view import View
 from navigate.maps import Floats, Point
 from xavier_sim.messages import Space
@@ -69,8 +69,8 @@ class Strangers:
         """Take in the fresh readings of a tick in which the robot is in ``space``."""
         now = view.time
         self.around = [one for one in self.around if now - one.seen < FORGOTTEN_AFTER]
-        for spot in strange_echoes(view, space).tolist():
-            self._meet((spot[0], spot[1]), view)
+        for spot in strange_echoes(view, space):
+            self._meet(spot, view)
 
     def _meet(self, spot: Point, view: View) -> None:
         near = min(self.around, key=lambda one: math.dist(one.at, spot), default=None)
@@ -82,14 +82,28 @@ class Strangers:
         near.at, near.seen, near.heard = spot, view.time, near.heard + 1
 
 
-def strange_echoes(view: View, space: Space) -> Floats:
-    """Where fresh readings lie, in the map frame, that no wall of ``space`` can be; (n, 2)."""
-    heard = [i for i in fresh_sonars(view.fresh) if view.ranges[i] + RING_RADIUS < REACH]
-    away, bearings = RING_RADIUS + view.ranges[heard], BEARINGS[heard]
-    strange = are_strange(view.pose, space, away, bearings)
-    angles = view.pose[2] + bearings[strange]
-    spots = away[strange, None] * np.column_stack([np.cos(angles), np.sin(angles)])
-    return np.asarray(spots + view.at)
+def strange_echoes(view: View, space: Space) -> list[Point]:
+    """Where fresh readings lie, in the map frame, that no wall of ``space`` can be."""
+    ranges, (x, y, theta), spots = view.ranges.tolist(), view.pose, list[Point]()
+    for sonar in fresh_sonars(view.fresh):
+        away = RING_RADIUS + ranges[sonar]
+        if away < REACH and is_strange(view.pose, space, away, angle := sonar * PITCH):
+            spots.append((away * math.cos(theta + angle) + x, away * math.sin(theta + angle) + y))
+    return spots
+
+
+def is_strange(pose: Pose, space: Space, away: float, bearing: float) -> bool:
+    """Whether an echo is well inside of ``space`` wherever in a sonar's cone it is.
+
+    `are_strange` of one: quicker for the few that are new at a tick.
+    """
+    low, high = space.low, space.high
+    for cone in _CONE:
+        angle = pose[2] + bearing + cone
+        x, y = pose[0] + away * math.cos(angle), pose[1] + away * math.sin(angle)
+        if min(x - low.x, high.x - x, y - low.y, high.y - y) <= INSIDE:
+            return False
+    return True
 
 
 def are_strange(
@@ -104,12 +118,12 @@ def are_strange(
         bearings: radians to the left of ahead, shape (n,).
         spreads: radians to either side within which each may be, shape (n,); else a cone.
     """
-    cones = _CONE[:, None] if spreads is None else _SIDES[:, None] * spreads
+    cones = _WHOLE_CONE if spreads is None else _SIDES * spreads
     angles = pose[2] + bearings + cones
     x, y = pose[0] + away * np.cos(angles), pose[1] + away * np.sin(angles)
     across = np.minimum(x - space.low.x, space.high.x - x)
     inset = np.minimum(across, np.minimum(y - space.low.y, space.high.y - y))
-    return np.asarray(inset.min(axis=0) > INSIDE)
+    return np.asarray(np.minimum.reduce(inset) > INSIDE)
 
 
 def without(strangers: Iterable[Stranger], ranges: Floats, pose: Pose, space: Space) -> Floats:
@@ -124,5 +138,6 @@ def without(strangers: Iterable[Stranger], ranges: Floats, pose: Pose, space: Sp
     return np.where(strange & theirs, np.inf, ranges)
 
 
-_SIDES = np.array([-1.0, 0.0, 1.0])
-_CONE = CONE_HALF * _SIDES
+_SIDES = np.array([-1.0, 0.0, 1.0])[:, None]
+_CONE = (-CONE_HALF, 0.0, CONE_HALF)
+_WHOLE_CONE = np.array(_CONE)[:, None]

@@ -10,24 +10,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import compress
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from navigate.body import (
-    BEARINGS,
     CONE_HALF,
     PITCH,
     RING_RADIUS,
     Laser,
     Pose,
     Sight,
+    fresh_sonars,
     mask_of,
     sonars_of,
 )
-from navigate.driving._echostore import EchoStore, Indices
-from navigate.maps import Floats
+from navigate.driving._echostore import EchoStore
+from navigate.maps import Floats, Point
 from xavier_sim.messages import SONAR_COUNT
 
 NEAR = 0.9
@@ -59,6 +59,7 @@ ALL_ROUND = 1.8 * math.pi
 BEAM_SPREAD = math.radians(0.5)
 
 _NONE: Floats = np.empty((0, 2))
+_NOWHERE: Point = (math.inf, math.inf)
 
 
 class Echoes(NamedTuple):
@@ -110,35 +111,38 @@ class Surroundings:
         Those that hear what is seen in their cones anyway, ``lit`` metres away, tell nothing new.
         """
         self._time = time
-        sonars = sonars_of(fresh)
-        readings = ranges[sonars]
+        if not fresh:
+            return
         self._forget_heard(odom, ranges, fresh)
-        spots = _spots(odom, BEARINGS[sonars] + lean(ranges, sonars), readings)
-        near = readings < NEAR
+        readings, sonars = ranges.tolist(), fresh_sonars(fresh)
+        spots = [
+            _spot(odom, sonar * PITCH + lean(readings, sonar), readings[sonar]) for sonar in sonars
+        ]
+        near = [readings[sonar] < NEAR for sonar in sonars]
         if lit is not None:
-            heard = np.isfinite(readings)
-            explained = np.abs(lit[sonars] - np.where(heard, readings, 0.0)) < EXPLAINED
-            explained &= heard
-            near &= ~explained
-            spots[explained] = np.inf
-        self._last[sonars] = spots
-        self._heard.enter(spots[near], time)
+            seen = lit.tolist()
+            for number, sonar in enumerate(sonars):
+                if abs(seen[sonar] - readings[sonar]) < EXPLAINED:
+                    spots[number], near[number] = _NOWHERE, False
+        self._last[sonars_of(fresh)] = spots
+        if any(near):
+            self._heard.enter(np.array(list(compress(spots, near))), time)
 
     def touch(self, odom: Pose, direction: float, time: float) -> None:
         """Remember a contact as if it had been heard: the sonars may not see it."""
-        self._heard.enter(_spots(odom, np.array([direction]), np.array([0.1])), time)
+        self._heard.enter(np.array([_spot(odom, direction, 0.1)]), time)
 
     def picture(self, odom: Pose, *, within: float) -> Echoes:
         """All that is within some metres of the robot now."""
         heard = self._heard.spots(self._heard.live(self._time))
         seen = self._seen.spots(self._seen.live(self._time))
-        spots = np.concatenate([self._last, heard, self._scan, seen]) - odom[:2]
-        near = np.einsum("ij,ij->i", spots, spots) < within**2
-        spreads = np.full(len(spots), CONE_HALF)
-        spreads[SONAR_COUNT + len(heard) :] = BEAM_SPREAD
-        cos, sin = math.cos(odom[2]), math.sin(odom[2])
-        turned = spots[near] @ np.array([[cos, -sin], [sin, cos]])
-        return Echoes(np.asarray(turned), spreads[near])
+        spots = np.concatenate([self._last, heard, self._scan, seen])
+        spots -= odom[:2]
+        squares = spots * spots
+        near = np.flatnonzero(squares[:, 0] + squares[:, 1] < within**2)
+        spreads = np.full(len(near), CONE_HALF)
+        spreads[near >= SONAR_COUNT + len(heard)] = BEAM_SPREAD
+        return Echoes(_turned(spots.take(near, axis=0), odom[2]), spreads)
 
     def _forget_heard(self, odom: Pose, ranges: Floats, fresh: int) -> None:
         """Miss the kept echoes that fresh readings of their direction went past."""
@@ -156,7 +160,7 @@ class Surroundings:
         cells = self._seen.live(self._time)
         if len(cells) == 0:
             return
-        spots = _to_robot(odom, self._seen.spots(cells))
+        spots = _turned(self._seen.spots(cells) - odom[:2], odom[2])
         spots[:, 0] -= laser.ahead
         look = np.arctan2(spots[:, 1], spots[:, 0])
         beam = np.rint((look / laser.view + 0.5) * (laser.beams - 1)).astype(np.intp)
@@ -166,35 +170,36 @@ class Surroundings:
         self._seen.miss(cells[past & inside & np.isfinite(range_there)])
 
 
-def lean(ranges: Floats, sonars: Indices) -> Floats:
-    """Radians to the left of its axis at which a sonar's echo likely is, shape of ``sonars``.
+def lean(ranges: Sequence[float], sonar: int) -> float:
+    """Radians to the left of its axis at which the echo of a sonar likely is.
 
     What is heard by one of its neighbours as well is between the two.
     """
-    own = np.where(np.isfinite(ranges[sonars]), ranges[sonars], -np.inf)
-    left = np.abs(ranges[(sonars + 1) % SONAR_COUNT] - own) < ALIKE
-    right = np.abs(ranges[sonars - 1] - own) < ALIKE
-    return np.asarray(0.5 * PITCH * (left.astype(np.float64) - right))
+    own = ranges[sonar]
+    left = abs(ranges[(sonar + 1) % SONAR_COUNT] - own) < ALIKE
+    right = abs(ranges[sonar - 1] - own) < ALIKE
+    return 0.5 * PITCH * (left - right)
 
 
-def _spots(odom: Pose, bearings: Floats, ranges: Floats) -> Floats:
-    """Where readings lie, shape (n, 2); infinite where nothing was heard."""
-    heard: NDArray[np.bool_] = np.isfinite(ranges)
-    distance, angle = RING_RADIUS + np.where(heard, ranges, 0.0), odom[2] + bearings
-    spots = np.empty((len(ranges), 2))
-    spots[:, 0] = odom[0] + distance * np.cos(angle)
-    spots[:, 1] = odom[1] + distance * np.sin(angle)
-    spots[~heard] = np.inf
-    return spots
+def _spot(odom: Pose, bearing: float, reading: float) -> Point:
+    """Where a reading lies; infinitely far off where nothing was heard.
+
+    The readings of a tick are few: numbers are quicker one by one than numpy's calls for all.
+    """
+    if not math.isfinite(reading):
+        return _NOWHERE
+    distance, angle = RING_RADIUS + reading, odom[2] + bearing
+    return odom[0] + distance * math.cos(angle), odom[1] + distance * math.sin(angle)
 
 
 def _to_odom(odom: Pose, spots: Floats) -> Floats:
     """Spots (n, 2) ahead of the robot and to its left, in dead reckoning."""
-    cos, sin = math.cos(odom[2]), math.sin(odom[2])
-    return np.asarray(spots @ np.array([[cos, sin], [-sin, cos]]) + odom[:2])
+    placed = _turned(spots, -odom[2])
+    placed += odom[:2]
+    return placed
 
 
-def _to_robot(odom: Pose, spots: Floats) -> Floats:
-    """Spots (n, 2) of dead reckoning, ahead of the robot and to its left."""
-    cos, sin = math.cos(odom[2]), math.sin(odom[2])
-    return np.asarray((spots - odom[:2]) @ np.array([[cos, -sin], [sin, cos]]))
+def _turned(spots: Floats, angle: float) -> Floats:
+    """Spots (n, 2) as they are from axes that are turned to the left by ``angle``."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.asarray(spots @ np.array([[cos, -sin], [sin, cos]]))

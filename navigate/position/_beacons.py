@@ -68,6 +68,9 @@ class BeaconTracker:
         self._mean: Floats = np.zeros(_SIZE)
         self._covariance: Floats = np.diag([0.0, 0.0, 0.0, *ERRS**2])
         self._way = (0.0, 0.0, 0.0, 0.0, 0.0)
+        # Doubts are asked for many times a tick and change every few: a new covariance is a new
+        # array, by which it is known.
+        self._deviations, self._reckoned_of = (0.0, 0.0), np.empty(0)
 
     @property
     def pose(self) -> Pose:
@@ -85,6 +88,15 @@ class BeaconTracker:
     def covariance(self) -> Floats:
         """Of x, y and the heading: shape (3, 3)."""
         return self._covariance[:3, :3]
+
+    @property
+    def deviations(self) -> tuple[float, float]:
+        """Standard deviations of the position in metres, and of the heading in radians."""
+        if self._reckoned_of is not self._covariance:
+            x, y, theta = self._covariance.diagonal()[:3].tolist()
+            self._deviations = math.sqrt(x + y), math.sqrt(theta)
+            self._reckoned_of = self._covariance
+        return self._deviations
 
     def place(self, pose: Pose, *, spread: float, turn_spread: float) -> None:
         """Begin anew at ``pose``, give or take; what is known of the wheels stays known."""

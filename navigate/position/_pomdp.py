@@ -148,15 +148,13 @@ class PomdpLocalizer:
     @property
     def estimate(self) -> Estimate:
         """The tracked pose."""
-        covariance = self._tracker.covariance
-        spread = math.sqrt(float(covariance[0, 0] + covariance[1, 1]))
-        turn_spread = math.sqrt(float(covariance[2, 2]))
-        return Estimate(*self._tracker.pose, spread, turn_spread, self.agreement)
+        tracker = self._tracker
+        return Estimate(*tracker.pose, *tracker.deviations, self.agreement)
 
     @property
     def lost(self) -> bool:
         """Whether readings contradict the tracked pose, or belief has left it."""
-        wide = self.estimate.deviation > LOST_DEVIATION
+        wide = self._tracker.deviations[0] > LOST_DEVIATION
         return wide or self._contradicted or self._rivalled
 
     @property
@@ -226,7 +224,7 @@ class PomdpLocalizer:
 
     def sense(self, ranges: Floats, fresh: int, *, still: bool, striper: Floats = NO_BEAMS) -> None:
         """Take in the fresh ones of 24 ``ranges``; they are made use of a ring at a time."""
-        self._readings.add(self._reports.pose, fresh_sonars(fresh), ranges, striper)
+        self._readings.add(self._reports.pose, list(fresh_sonars(fresh)), ranges, striper)
         if self._readings.fresh >= BATCH or self._tracker.metres >= BATCH_METRES:
             self._read(still=still)
         if self._readings.count >= MOST_READINGS:
@@ -333,7 +331,7 @@ class PomdpLocalizer:
 
     def _vouch(self) -> None:
         """Let the cells know how well what is heard fits the tracked pose."""
-        if self.estimate.deviation < CELL:
+        if self._tracker.deviations[0] < CELL:
             sure = 1.0 / (1.0 + math.exp(VOUCHING * (DOUBTFUL - self.agreement)))
             self.markov.favour(self._tracker.pose, within=SUPPORT, sure=sure)
 

@@ -216,10 +216,10 @@ def test_a_lane_that_was_chosen_is_kept_while_something_is_ahead():
 def test_what_two_neighbours_hear_is_between_them():
     ranges = np.full(24, np.inf)
     ranges[[0, 1, 2]] = 1.0, 1.1, 1.1
-    leans = lean(ranges, np.arange(24))
+    leans = [lean(ranges.tolist(), sonar) for sonar in range(24)]
     assert leans[0] == -leans[2] > 0.1
     assert leans[1] == 0.0
-    assert not leans[3:].any()
+    assert not any(leans[3:])
 
 
 def test_a_kept_echo_goes_when_sonars_hear_what_is_behind_it():
