@@ -18,7 +18,7 @@ from rogue.agent import AgentOptions, run_agent
 from rogue.messages import CancelRequest, PostRequest, ReadTrace, RequestChanged, RequestState
 from rogue.trace import LISTENING
 from tca_bus import Module, TaskFailedError
-from tca_bus.testing import POLL_PERIOD, bus, central
+from tca_bus.testing import bus, central, eventually
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Ask, Fault, MoveDoor, ReadPlate, Slip, WhereReally
 from xavier_sim.office import Habits, RecordFile, SimulatedPeople, SpeechModule
@@ -149,12 +149,14 @@ async def errands(folder, pause):
             if request.state.is_final:
                 ended[request.id] = (request.state, request.finished - EPOCH)
         # What is said at the end is said after all hear of the end.
+        await eventually(lambda: listens(user))
         lines = await user.query(ReadTrace())
-        while lines[-1].text != LISTENING:
-            await asyncio.sleep(POLL_PERIOD)
-            lines = await user.query(ReadTrace())
         # Of what is said at one tick, who speaks first is not fixed.
         return ended, sorted((line.time, line.text) for line in lines)
+
+
+async def listens(user):
+    return (await user.query(ReadTrace()))[-1].text == LISTENING
 
 
 def post(name, user, item, pickup, deliver, deadline="+1h"):

@@ -132,5 +132,7 @@ async def armed(**facts):
         arm = Arm(one.options, **facts)
         async with arm.module:
             await eventually(lambda: resource(one, "robot/arm"))
+            for module in (one, two):
+                await module.wait_for(Touch, Nudge, timeout=10.0)
             yield one, two, arm
             arm.open.set()

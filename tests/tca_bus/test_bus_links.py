@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 
 import pytest
 import zenoh
@@ -148,6 +149,7 @@ async def test_a_module_without_links_is_not_lost_while_the_router_is_away(route
         later = asyncio.create_task(asker.query(Ask(number=2), timeout=30.0))
         await router.rise()
         assert await later == 3
+        await eventually(lambda: asker.core.presence.table.next_expiry() == math.inf)
         assert {(await changes.get()).module.name for _ in range(2)} == {"asker", "server"}
         assert changes.waiting == 0
 

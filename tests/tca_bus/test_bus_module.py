@@ -186,16 +186,21 @@ async def test_an_answer_of_the_wrong_type_is_the_handlers_failure(options):
 
 async def test_no_answer_in_time_is_a_timeout_and_the_handler_goes_on(options):
     server = Module("server", options=options)
-    done = asyncio.Event()
+    begun, go, done = asyncio.Event(), asyncio.Event(), asyncio.Event()
 
     @server.handler(Wait)
     async def wait(message, context):
-        await done.wait()
+        begun.set()
+        await go.wait()
+        done.set()
 
     async with server, Module("asker", options=options) as asker:
         with pytest.raises(TimedOutError):
             await asker.query(Wait(number=1), timeout=0.05)
-        done.set()
+        await begun.wait()
+        go.set()
+        await done.wait()
+        assert await asker.query(Wait(number=2)) is None
 
 
 async def test_modules_are_seen_when_they_come_and_when_they_go(options):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from contextlib import asynccontextmanager
 
 import pytest
@@ -124,6 +125,7 @@ async def test_a_waiting_query_survives_the_router_and_is_handled_once():
         assert await query == 1
         assert await later == 2
         assert numbers == [1, 2]
+        await eventually(lambda: asker.core.presence.table.next_expiry() == math.inf)
         seen = [await changes.get() for _ in range(2)]
         assert {change.module.name for change in seen} == {"asker", "worker"}
         assert changes.waiting == 0

@@ -56,15 +56,17 @@ async def test_the_next_one_is_taken_when_the_first_has_left():
 
 async def test_of_many_that_start_at_once_one_stays():
     async with bus() as options, Module("me", options=options) as me:
-        tasks = {asyncio.create_task(keep(robot(options))) for _ in range(4)}
+        modules = [robot(options) for _ in range(4)]
+        tasks = {asyncio.create_task(keep(module), name=module.incarnation) for module in modules}
         gone, stayed = set[asyncio.Task[None]](), tasks
         while len(stayed) > 1:
             done, stayed = await asyncio.wait(stayed, return_when=asyncio.FIRST_COMPLETED)
             gone |= done
         assert {type(task.exception()) for task in gone} == {RefusedError}
-        await eventually(lambda: len(robots(me)) == 1)
-        assert [await me.query(Who())] == robots(me)
-        stayed.pop().cancel()
+        (only,) = stayed
+        await eventually(lambda: robots(me) == [only.get_name()])
+        assert await me.query(Who()) == only.get_name()
+        only.cancel()
         await asyncio.wait(tasks)
 
 

@@ -75,8 +75,6 @@ class FarSide:
         await self._router.__aexit__(None, None, None)
 
     async def heal(self):
-        # Longer than routers take to count anew which way leads where.
-        await asyncio.sleep(0.5)
         self._router = Router(self._router.endpoint, links=[self._link])
         await self._router.__aenter__()
 

@@ -125,6 +125,7 @@ async def test_central_goes_on_after_it_was_killed(tmp_path):
         place = await handle.result(timeout=20.0)
         assert (place.pid, place.attempt) == (robot.pid, 1)
         assert await queued.result(timeout=10.0) == 6
+        await me.wait_for(FindTask, ReadLog, timeout=10.0)
         assert (await me.query(FindTask(id="before"))).result == 5
         again = await me.execute(Quick(number=5), id="before")
         assert await again.result(timeout=5.0) == 5

@@ -153,6 +153,16 @@ class Server:
         return self.name
 
 
+async def seen(asker, count):
+    """Wait until so many servers are there for certain, none of them on hearsay."""
+    table = asker.core.presence.table
+
+    def certain():
+        return [one for one in table.providers("plan") if table.state_of(one.incarnation)]
+
+    await eventually(lambda: len(certain()) == count)
+
+
 async def asked(asker, count):
     return [asyncio.create_task(asker.query(Plan(number=n), timeout=30.0)) for n in range(count)]
 
@@ -165,6 +175,7 @@ async def test_queries_go_round_those_that_are_free():
             server.go.set()
             await stack.enter_async_context(server.module)
         asker = await stack.enter_async_context(Module("asker", options=options))
+        await seen(asker, 3)
         answers = [await asker.query(Plan(number=n)) for n in range(6)]
         assert sorted(answers) == ["a", "a", "b", "b", "c", "c"]
 
@@ -175,6 +186,7 @@ async def test_a_slow_one_does_not_hold_up_what_a_free_one_can_take():
         slow, quick = Server("a", options), Server("b", options)
         quick.go.set()
         async with slow.module, quick.module, Module("asker", options=options) as asker:
+            await seen(asker, 2)
             plans = await asked(asker, 20)
             await eventually(lambda: sum(plan.done() for plan in plans) == 19)
             assert (len(slow.handled), len(quick.handled)) == (1, 19)
@@ -310,7 +322,7 @@ async def test_a_time_limit_ends_the_waiting_and_names_who_is_missing():
         quick.go.set()
         async with slow.module, quick.module:
             await eventually(lambda: len(asker.modules()) == 3)
-            answers = asker.query_all(Survey(), timeout=0.5)
+            answers = asker.query_all(Survey(), timeout=2.0)
             assert [one async for one in answers] == ["b"]
             assert answers.missing == ("a",)
             await eventually(lambda: slow.cancelled == 1)

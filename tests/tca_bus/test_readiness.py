@@ -118,6 +118,7 @@ async def test_nothing_is_delivered_before_a_module_is_ready():
             assert task.status.handler is None
             module.ready()
             assert await task.result(timeout=10.0) == 1
+            await me.wait_for(Ask, Tell, timeout=10.0)
             await me.inform(Tell(number=2))
             assert await me.query(Ask()) == 1
             await eventually(lambda: told == [2])
@@ -164,14 +165,22 @@ async def test_two_modules_of_one_name_are_both_seen_and_both_warn_once(caplog):
         Module("me", options=options) as me,
         Module("twin", options=options) as second,
     ):
-        await eventually(lambda: len(me.modules()) == 3)
-        await eventually(lambda: len(first.modules()) == 3)
+        await eventually(lambda: len(warnings(caplog)) == 2)
         second.serve(Ask, answer)
         first.serve(Ask, answer)
-        await me.wait_for(Ask, timeout=5.0)
-        assert {m.incarnation for m in me.modules()} > {first.incarnation, second.incarnation}
-        warnings = [r for r in caplog.records if "another module is named 'twin'" in r.message]
-        assert len(warnings) == 2
+        both = {first.incarnation, second.incarnation}
+        for module in (me, first, second):
+            await eventually(lambda module=module: both == asked(module))
+        assert len(warnings(caplog)) == 2
+
+
+def warnings(caplog):
+    return [r for r in caplog.records if "another module is named 'twin'" in r.message]
+
+
+def asked(module):
+    """Those who handle the question, as a module sees it."""
+    return {other.incarnation for other in module.modules() if "ask" in other.provides}
 
 
 async def answer(message, context):

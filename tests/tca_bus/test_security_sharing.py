@@ -180,13 +180,13 @@ async def test_a_module_locks_its_own_handlers_and_not_those_of_others(keys):
         pass
 
     async with (
-        with_central(keys, POLICY) as (office, _),
+        with_central(keys, POLICY) as (office, central),
         office.module("holder") as holder,
         office.module("reader") as reader,
         office.module("writer") as writer,
     ):
         reader.serve(Note, note)
-        await writer.wait_for(Note, timeout=10)
+        await eventually(lambda: central.tree.pools.provides("note"))
         with pytest.raises(RefusedError, match="to lock 'reader'"):
             async with writer.lock("reader/", timeout=10):
                 pass

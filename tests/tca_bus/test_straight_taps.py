@@ -116,9 +116,9 @@ async def listener(options: BusOptions, robot: Module) -> AsyncIterator[Listener
         yield listener
 
 
-async def tapped(module: Module, by: str = "listener") -> None:
-    """Wait until a module knows of a tap."""
-    await eventually(lambda: any(m.name == by and m.taps for m in module.modules()))
+async def tapped(module: Module, by: str = "listener", *, times: int = 1) -> None:
+    """Wait until a module knows of so many taps."""
+    await eventually(lambda: times == sum(len(m.taps) for m in module.modules() if m.name == by))
 
 
 async def test_a_reply_is_given_to_the_listener(robot: Module, listener: Listener):
@@ -131,7 +131,7 @@ async def test_a_reply_is_given_to_the_listener(robot: Module, listener: Listene
 async def test_what_is_sent_and_what_failed_is_told(robot: Module, listener: Listener):
     await listener.module.attach(tap("WhenSent", Noted), to=Spoke)
     await listener.module.attach(tap("AfterHandled", Noted), to=Where)
-    await tapped(robot)
+    await tapped(robot, times=2)
     await robot.inform(Spoke(text="hello"))
     await eventually(lambda: len(listener.heard) == 1)
     with pytest.raises(Exception, match="no such robot"):

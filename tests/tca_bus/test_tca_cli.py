@@ -27,9 +27,10 @@ BATTERY = Variable("battery", float)
 class Office:
     """A bus with central and a robot, and the command line on it."""
 
-    def __init__(self, options, me):
+    def __init__(self, options, me, robot=None):
         self.options = options
         self.me = me
+        self.robot = robot
         self._started = []
         self._turn = asyncio.Lock()
 
@@ -72,11 +73,11 @@ async def office():
     async with (
         bus() as options,
         central(options),
-        robot("robot", options),
+        robot("robot", options) as driven,
         Module("me", options=options) as me,
     ):
         await me.wait_for(Drive, "tca.submit", timeout=5.0)
-        here = Office(options, me)
+        here = Office(options, me, driven)
         try:
             yield here
         finally:
@@ -174,6 +175,7 @@ async def test_tasks_are_sent_waited_for_and_shown():
         assert (done.code, done.json) == (0, 4)
         sent = await here.tca("command", "drive", '{"to": "r-5303"}', "--no-wait", "--id", "d1")
         assert sent.out.strip() == "d1"
+        await eventually(lambda: runs(here))
         tree, nodes = await asyncio.gather(here.tca("tree"), here.tca("tree", "--alive", "--json"))
         assert "● drive d1  active" in tree.out
         assert "✓ quick" in tree.out

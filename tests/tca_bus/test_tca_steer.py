@@ -65,11 +65,15 @@ async def tapping(here, condition, name, *more):
 
     async def is_in_force():
         listed = await here.me.query(ListAttachments())
-        straight = any(one.name == own and one.taps for one in here.me.modules())
+        straight = all(sees_tap(module, own) for module in (here.me, here.robot))
         return straight or any(own in one.what.listener.name for one in listed)
 
     await eventually(is_in_force, timeout=20.0)
     return Tapping(process)
+
+
+def sees_tap(module, by):
+    return any(one.name == by and one.taps for one in module.modules())
 
 
 async def test_a_tap_on_a_task_prints_what_comes():

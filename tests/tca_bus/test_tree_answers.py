@@ -85,6 +85,7 @@ async def test_a_postponed_task_keeps_its_place_in_the_capacity(user: Module, ro
     first = await user.execute(Later(), constraints=0)
     second = await user.execute(Later(), constraints=0)
     id = await asked.get()
+    assert second.status.state == "pending"
     assert asked.empty()
     robot.module.answer(id, "first")
     robot.module.answer(await asked.get(), "second")

@@ -191,7 +191,7 @@ async def test_a_handler_that_does_not_stop_is_abandoned(user: Module, robot: Ro
     await task.kill("enough")
     with pytest.raises(KilledError):
         await task.result(timeout=10.0)
-    assert robot.done == ["stubborn", "ignored"]
+    await eventually(lambda: robot.done == ["stubborn", "ignored"])
     place = await stubborn_place(user)
     assert [(one.id, one.waiting_for) for one in place.holders] == [
         (task.id, "its handler to stop")

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import pytest
 from tree_office import Office
 from tree_robot import Charge, Low, Robot, Step, Watch
 
-from tca_bus import Goal, Module, Query, TaskContext, TaskState
+from tca_bus import Demon, Goal, Module, MonitorContext, Query, TaskContext, TaskState
 from tca_bus._attachments import Sending
 from tca_bus._monitor_spec import MonitorSpec
 from tca_bus._orders import TaskRef
+from tca_bus._time_messages import AwaitTime
 from tca_bus.tasktree import Cancel, KillRequested, ProviderLost, Submitted, Triggered
+from tca_bus.testing import TimeSource, bus, central
 
 ACTION = Sending(name="command", task_class="command", data={"volts": 0.0, "why": "low"})
 
@@ -236,17 +239,48 @@ async def test_a_demon_fires_each_nth_time_and_at_most_so_often(user: Module, ro
     assert robot.done.count("saw r-5313") == 3
 
 
+class Idle(Demon):
+    """Watches without end and never fires."""
+
+
+async def idle(_: Idle, __: MonitorContext) -> None:
+    await asyncio.Event().wait()
+
+
 @pytest.mark.bus
-async def test_the_time_that_a_monitor_lasts_and_waits_is_on_the_clock(user: Module, robot: Robot):
-    robot.volts = 5.0
-    watch = await user.monitor(
-        Low(limit=11.0), then=Charge(), every=0.05, first_wait=0.01, duration=0.2
-    )
-    report = await watch.result(timeout=10.0)
-    assert 1 <= report.satisfied <= 5
-    assert report.fired == report.satisfied
-    quick = await user.monitor(Watch(door="r-5313"), then=Charge(), duration=0.05, most=1)
-    assert (await quick.result(timeout=10.0)).fired == 1
+async def test_the_time_that_a_monitor_lasts_and_waits_is_on_the_clock():
+    async with (
+        bus(clock="sim") as options,
+        central(options),
+        Module("user", options=options) as user,
+        Module("robot", options=options) as module,
+        user.subscribe(AwaitTime) as waits,
+    ):
+        Robot(module).serve()
+        module.serve(Idle, idle)
+        source = TimeSource(user, start=100.0)
+        await source.tell()
+        await module.clock.wait_ready(10.0)
+        await user.wait_for(Low, Idle, "tca.submit", timeout=10.0)
+
+        async def goes_to(time: float) -> None:
+            """Let it be the time for which the robot waits."""
+            async for wait in waits:
+                if (wait.module, wait.until) == ("robot", time):
+                    break
+            await source.advance(time - source.now)
+
+        watch = await user.monitor(
+            Low(limit=20.0), then=Charge(), every=5.0, first_wait=10.0, duration=12.0
+        )
+        for time in (110.0, 115.0, 120.0, 122.0):
+            assert not watch.status.is_ended
+            await goes_to(time)
+        report = await watch.result(timeout=10.0)
+        assert report.satisfied == report.fired == 3
+        demon = await user.monitor(Idle(), then=Charge(), duration=7.0)
+        await goes_to(129.0)
+        assert (await demon.result(timeout=10.0)).fired == 0
 
 
 @pytest.mark.bus

@@ -101,7 +101,12 @@ async def test_a_suspended_task_waits_and_is_resumed(user: Module, robot: Robot)
     status = await user.suspend(task)
     assert status.suspended
     robot.hold.set()
-    await eventually(lambda: task.status.state in {"handled", "planned"})
+
+    async def next_is_held() -> bool:
+        step = await user.relative(task, "last_child")
+        return (step.data["name"], step.waiting_for) == ("b", "being resumed")
+
+    await eventually(next_is_held)
     assert "b" not in robot.done
     await user.resume(task)
     await task.result(timeout=10.0)

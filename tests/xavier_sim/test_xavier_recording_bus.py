@@ -153,4 +153,5 @@ async def test_a_robot_that_is_stopped_leaves_all_and_one_that_is_killed_a_begin
     assert reader.is_finished == (end == signal.SIGTERM)
     assert len(sensed) > 10
     assert [sensors.tick for sensors in sensed] == list(range(len(sensed)))
-    assert sensed[-1].tick <= ticks[-1]
+    # One more may have been on its way to the driver.
+    assert sensed[-1].tick <= ticks[-1] + 1

@@ -132,6 +132,7 @@ async def test_people_go_and_things_go_another_way(tmp_path):
             with pytest.raises(TaskFailedError) as caught:
                 await answer(asker, hand_over("taking"))
             assert caught.value.failure.name == "no_answer"
+            await asker.wait_for(WhoIsIn, MovePerson, MoveItem, timeout=10)
             assert not (await asker.query(WhoIsIn(room=ROOM))).present
             await asker.query(MovePerson(room=ROOM, present=True))
             assert (await answer(asker, hand_over("taking"))).answer == "i"
