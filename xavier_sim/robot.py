@@ -134,9 +134,7 @@ class Robot:
 
     def push(self) -> None:
         """Set the wheels for the physics step that comes."""
-        state = self._body.state
-        now = state.forward_speed(), state.turn_rate
-        self._pushed, turn_rate = self.wheels.drive(now, self._wanted)
+        self._pushed, turn_rate = self.wheels.drive(self._body.velocities, self._wanted)
         self._body.push(self._pushed, turn_rate)
 
     def feel(self) -> None:

@@ -307,11 +307,13 @@ class World:
         bumped = {one for robot in self.robots.values() for one in robot.people_met.touched}
         discs = self._robot_discs()
         self._crowd.step(self.tick, discs, bumped)
-        close = {
-            number: disc
+        near = {
+            number
+            for robot in discs
             for number, disc in enumerate(self._crowd.discs)
-            if any(disc.gap(one.x, one.y, one.radius) < COMPANY for one in discs)
+            if disc.gap(robot.x, robot.y, robot.radius) < COMPANY
         }
+        close = {number: self._crowd.discs[number] for number in sorted(near)}
         meet = any(
             one.gap(two.x, two.y, two.radius) < COMPANY for one, two in combinations(discs, 2)
         )

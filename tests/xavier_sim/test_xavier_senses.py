@@ -190,9 +190,10 @@ def test_a_lidar_stands_in_for_the_ring():
 
 
 def test_a_neighbour_is_heard_from_half_the_way_of_its_ping():
-    heard = Crosstalk(1.0, seed=1).disturb(
-        np.array([[0.0, 0.0], [0.0, 1.0]]), np.zeros(2), np.array([2.0, np.inf])
-    )
+    crosstalk, mounts = Crosstalk(1.0, seed=1), np.array([[0.0, 0.0], [0.0, 1.0]])
+    draw = crosstalk.draw(2)
+    assert draw is not None
+    heard = crosstalk.disturb(draw, mounts, np.zeros(2), [2.0, math.inf])
     assert heard == pytest.approx([2.0, (2.0 + math.hypot(2.0, 1.0)) / 2])
 
 

@@ -42,13 +42,13 @@ class Odometry:
     def move(self, distance: float, turn: float) -> None:
         """Take in what the wheels turned in one control tick: metres ahead, radians."""
         self._slip_by_chance(abs(distance))
-        profile, draw = self._profile, self._random.standard_normal(3)
+        profile, draw = self._profile, self._random.standard_normal(3).tolist()
         root = math.sqrt(abs(distance))
-        noise = profile.distance_noise * root * float(draw[0])
+        noise = profile.distance_noise * root * draw[0]
         seen = distance * self._scale + noise + self._slipped(distance)
         seen_turn = turn * self._turn_scale + self._drift * abs(distance)
-        seen_turn += profile.turn_noise * math.sqrt(abs(turn)) * float(draw[1])
-        seen_turn += profile.drift_noise * root * float(draw[2])
+        seen_turn += profile.turn_noise * math.sqrt(abs(turn)) * draw[1]
+        seen_turn += profile.drift_noise * root * draw[2]
         middle = self.theta + seen_turn / 2
         self.x += seen * math.cos(middle)
         self.y += seen * math.sin(middle)

@@ -25,6 +25,9 @@ OFF_DOOR = 1.6
 
 TRIES = 20
 
+CELL = 1.0
+"""Metres along a side of the squares by which spaces are looked up."""
+
 
 @dataclass(frozen=True)
 class Opening:
@@ -49,6 +52,7 @@ class Walkways:
             name: (space.low.x, space.low.y, space.high.x, space.high.y)
             for name, space in {**self.spaces, **self.rooms}.items()
         }
+        self._in_cell: dict[tuple[int, int], list[str]] = {}
         self._openings: dict[str, list[Opening]] = {name: [] for name in everywhere}
         self._shut: set[int] = set()
         for one, other in combinations(self.spaces.values(), 2):
@@ -68,10 +72,24 @@ class Walkways:
 
     def space_at(self, x: float, y: float) -> str | None:
         """The space that holds a point, an open one before a room; None when none does."""
-        for name, (low_x, low_y, high_x, high_y) in self._sides.items():
+        cell = (math.floor(x / CELL), math.floor(y / CELL))
+        names = self._in_cell.get(cell)
+        if names is None:
+            names = self._in_cell[cell] = self._names_in(cell)
+        for name in names:
+            low_x, low_y, high_x, high_y = self._sides[name]
             if low_x <= x <= high_x and low_y <= y <= high_y:
                 return name
         return None
+
+    def _names_in(self, cell: tuple[int, int]) -> list[str]:
+        """The spaces that reach into a cell, in the order in which they are asked."""
+        west, south = cell[0] * CELL, cell[1] * CELL
+        return [
+            name
+            for name, (low_x, low_y, high_x, high_y) in self._sides.items()
+            if low_x <= west + CELL and west <= high_x and low_y <= south + CELL and south <= high_y
+        ]
 
     def room_at(self, x: float, y: float) -> str | None:
         """The room that holds a point, None when none does."""
@@ -88,6 +106,8 @@ class Walkways:
         if name is None:
             return False
         low_x, low_y, high_x, high_y = self._sides[name]
+        if min(x - low_x, high_x - x, y - low_y, high_y - y) >= radius:
+            return True
         sides = (
             ("x", low_x, x - low_x, y),
             ("x", high_x, high_x - x, y),

@@ -25,20 +25,24 @@ class Crosstalk:
         self._share = share
         self._random = stream(seed, "sonar crosstalk")
 
-    def disturb(self, mounts: Floats, bearing: Floats, echoes: list[float]) -> list[float]:
+    def draw(self, sonars: int) -> Floats | None:
+        """Draw who of so many sonars hears a neighbour, for `disturb`; None when nobody does."""
+        draw = self._random.random(sonars)
+        return draw if min(draw.tolist(), default=1.0) < self._share else None
+
+    def disturb(
+        self, draw: Floats, mounts: Floats, bearing: Floats, echoes: list[float]
+    ) -> list[float]:
         """What each of k sonars hears first, metres, ``inf`` for nothing.
 
         Args:
+            draw: who hears a neighbour.
             mounts: of the sonars that fire together, in their order round the ring, metres,
                 shape (k, 2).
             bearing: where each one's echo comes from, radians, shape (k,).
             echoes: how far that is, metres.
         """
-        draw = self._random.random(len(echoes))
-        hears = draw < self._share
-        if not hears.any():
-            return echoes
-        echo = np.array(echoes)
+        hears, echo = draw < self._share, np.array(echoes)
         met = np.isfinite(echo)
         away = np.where(met, echo, 0.0)
         spots = mounts + away[:, None] * np.column_stack([np.cos(bearing), np.sin(bearing)])

@@ -85,9 +85,9 @@ class SonarRing:
         """
         part, nearest = volley.part, self._nearest(distance.tolist(), self._loss(cosine))
         echoes = [echo for echo, _ in nearest]
-        if self._crosstalk:
+        if self._crosstalk and (draw := self._crosstalk.draw(len(echoes))) is not None:
             bearing = volley.facing + self._spread[[ray for _, ray in nearest]]
-            echoes = self._crosstalk.disturb(volley.mounts, bearing, echoes)
+            echoes = self._crosstalk.disturb(draw, volley.mounts, bearing, echoes)
         self.readings[part.sonars] = self._disturb(echoes)
         for number, reading in self.stuck.items():
             if part.bits >> number & 1:
