@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -53,12 +54,16 @@ MOUTH_NEAR = 0.55
 
 MOUTH_AHEAD, MOUTH_BEHIND = 1.0, 0.3
 
+SLACK = 1e-6
+"""Metres by which mouths are looked for farther off than they matter: more than any rounding."""
+
 
 @dataclass(frozen=True)
 class Way:
     """A straight way through a space, and how far to its right and left the floor reaches.
 
-    ``mouths`` are the ends of its doors and openings: metres along the way and to its left.
+    ``mouths`` are the ends of its doors and openings, in their order: metres along the way and to
+    its left.
     """
 
     space: Space
@@ -113,7 +118,7 @@ def way_through(
         way,
         lowest=-max(0.0, reach[0]),
         highest=max(0.0, reach[1]),
-        mouths=tuple(way.locate(end) for mouth in mouths for end in mouth),
+        mouths=tuple(sorted(way.locate(end) for mouth in mouths for end in mouth)),
     )
 
 
@@ -176,9 +181,11 @@ def _steer(view: View, way: Way, echoes: Floats, lane: Lane, top: float) -> Whee
 
 def _past_mouths(way: Way, along: float, left: float, top: float) -> float:
     """No more than ``top``, and less where somebody may step out right beside the robot."""
-    for at, aside in way.mouths:
-        close = abs(aside - left) - ROBOT_RADIUS < MOUTH_NEAR
-        if close and -MOUTH_BEHIND < at - along < MOUTH_AHEAD:
+    first = bisect_left(way.mouths, (along - MOUTH_BEHIND - SLACK,))
+    for at, aside in way.mouths[first:]:
+        if at - along >= MOUTH_AHEAD:
+            break
+        if at - along > -MOUTH_BEHIND and abs(aside - left) - ROBOT_RADIUS < MOUTH_NEAR:
             return min(top, MOUTH_SPEED)
     return top
 

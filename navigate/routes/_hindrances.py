@@ -27,7 +27,7 @@ class Hindrances:
 
     def stops(self, link: Link, one: Point, other: Point) -> bool:
         """Whether the link between two points is believed to be blocked."""
-        return link.door in self.doors or self.lie_between(one, other)
+        return link.door in self.doors or bool(self.points and self.lie_between(one, other))
 
     def lie_between(self, one: Point, other: Point) -> bool:
         """Whether an occupied point lies on the straight way between two points."""
@@ -39,6 +39,8 @@ class Hindrances:
 
     def delay(self, door: str | None, one: Point, other: Point) -> float:
         """Seconds that doubt about a straight way costs on the average, through ``door`` if any."""
+        if not (self.doubtful_doors or self.doubtful_points):
+            return 0.0
         seconds = sum(lost for name, lost in self.doubtful_doors if name == door)
         for point, lost in self.doubtful_points:
             if _off_segment(point, one, other) < BLOCKED_BERTH:
