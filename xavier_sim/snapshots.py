@@ -48,6 +48,8 @@ def write_atomically(path: Path, text: str) -> None:
     Raises:
         SnapshotError: it cannot be written.
     """
+    if not path.name:
+        raise SnapshotError(path, "is no file", "give the name of one")
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

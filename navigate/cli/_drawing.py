@@ -46,11 +46,11 @@ def write(scene: Scene, path: Path) -> None:
         ConfigError: the file cannot be written.
     """
     drawing = draw_svg(scene.outlook, scene.plan, scene.world)
-    new = path.with_name(f"{path.name}.new")
     try:
+        new = path.with_name(f"{path.name}.new")
         new.write_text(drawing, encoding="utf-8")
         new.replace(path)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise ConfigError("--svg", str(path), f"a file that can be written ({error})") from error
 
 

@@ -32,12 +32,14 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
         for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+            if not isinstance(key, yaml.ScalarNode):
+                continue
+            if key.value in seen:
                 line = key.start_mark.line + 1
                 raise yaml.YAMLError(
                     f"{key.value!r} stands twice in one mapping, again in line {line}"
                 )
-            seen.add(str(key.value))
+            seen.add(key.value)
         return dict(super().construct_mapping(node, deep=deep))
 
 
@@ -56,6 +58,8 @@ def load_plan(source: str | Path | None = None) -> FloorPlan:
         plan = FloorPlan.model_validate(raw)
     except OSError as error:
         raise MapError(str(path), [f"cannot be read: {error.strerror}"]) from error
+    except RecursionError as error:
+        raise MapError(str(path), ["is nested without end"]) from error
     except UnicodeDecodeError as error:
         raise MapError(str(path), ["is no UTF-8 text"]) from error
     except yaml.YAMLError as error:
@@ -81,16 +85,21 @@ def own_maps() -> list[str]:
 
 def _locate(source: str) -> Path:
     path = Path(source).expanduser()
-    if path.exists() or path.suffix:
+    if path.suffix or _is_there(path):
         return path
-    own = resources.files("navigate") / "maps" / f"{source}.yaml"
-    if not own.is_file():
-        known = own_maps()
-        raise MapError(
-            source,
-            [f"no such file, and no map of that name.{did_you_mean(source, known)}"],
-        )
-    return Path(str(own))
+    known = own_maps()
+    if source not in known:
+        near = did_you_mean(source, known)
+        raise MapError(source, [f"no such file, and no map of that name.{near}"])
+    return Path(str(resources.files("navigate") / "maps" / f"{source}.yaml"))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is such a file; a name that no file can have names none."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
 
 
 def _sentences(error: ValidationError) -> list[str]:

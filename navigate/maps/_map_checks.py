@@ -13,6 +13,12 @@ from xavier_sim.messages import Corner, FloorPlan, Space, SpaceKind
 SLACK = 0.3
 """Metres by which what was surveyed may be off: more is no error of measuring."""
 
+FARTHEST = 10_000.0
+"""No corner of a space is farther from 0 than this along an axis, metres."""
+
+LEAST_DOOR = 0.61
+"""Metres of the robot's width: it passes no door that is as narrow."""
+
 LEAST_SPACE = 0.7
 """Metres along the shorter side of a space below which no robot stands in it."""
 
@@ -51,12 +57,21 @@ def _check_names(plan: FloorPlan) -> list[str]:
 
 
 def _check_sizes(plan: FloorPlan) -> list[str]:
-    return [
+    far = [
+        f"space {space.name!r} reaches {_farthest(space):g} m from 0, expected {FARTHEST:g} at most"
+        for space in plan.spaces
+        if _farthest(space) > FARTHEST
+    ]
+    return far + [
         f"space {space.name!r}: low must lie below and left of high, and be {LEAST_SPACE} m away "
         "or more"
         for space in plan.spaces
         if min(space.high.x - space.low.x, space.high.y - space.low.y) < LEAST_SPACE
     ]
+
+
+def _farthest(space: Space) -> float:
+    return max(abs(one) for at in (space.low, space.high) for one in (at.x, at.y))
 
 
 def _check_overlaps(spaces: Iterable[Space]) -> list[str]:
@@ -111,6 +126,8 @@ def _check_ways(plan: FloorPlan) -> list[str]:
     """Spaces to which neither doors nor open floor lead from the start."""
     ways = defaultdict[str, set[str]](set)
     for passage in map_passages(plan):
+        if passage.door and passage.width <= LEAST_DOOR:
+            continue
         one, other = passage.spaces
         ways[one].add(other)
         ways[other].add(one)
@@ -121,4 +138,7 @@ def _check_ways(plan: FloorPlan) -> list[str]:
         reached |= new
         ahead.extend(sorted(new))
     cut_off = [space.name for space in plan.spaces if space.name not in reached]
-    return [f"nobody can reach {name!r} from {start!r}: no door leads there" for name in cut_off]
+    return [
+        f"nobody can reach {name!r} from {start!r}: no door that it fits through leads there"
+        for name in cut_off
+    ]

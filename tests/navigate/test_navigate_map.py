@@ -87,6 +87,8 @@ def test_every_point_has_a_nearest_space(x, y):
 def test_missing_map_names_near_ones():
     with pytest.raises(MapError, match="'wean5'"):
         load_plan("wean")
+    with pytest.raises(MapError, match="no such file, and no map of that name"):
+        load_plan("wean" * 1000)
 
 
 @pytest.mark.parametrize(
@@ -97,6 +99,7 @@ def test_missing_map_names_near_ones():
         (b"\xff\xfe\x00", "no UTF-8"),
         (b"- 1\n- 2\n", r"the document: .*, got '\[1, 2\]'"),
         (b"name: x\n", "Field required"),
+        (b"? [a, b]\n: 1\n", "cannot be read as YAML: .* unhashable key"),
     ],
 )
 def test_rubbish_is_told_from_a_map(tmp_path, text, says):
@@ -145,7 +148,20 @@ def test_rooms_that_nobody_can_reach_are_told(tmp_path):
     def without_door(raw):
         raw["doors"] = [door for door in raw["doors"] if "r-5307" not in door["between"]]
 
-    assert "nobody can reach 'r-5307' from 'foyer'" in problem(tmp_path, without_door)
+    def with_a_narrow_one(raw):
+        for door in raw["doors"]:
+            door["width"] = 0.5 if "r-5307" in door["between"] else 0.9
+
+    for change in (without_door, with_a_narrow_one):
+        assert "nobody can reach 'r-5307' from 'foyer'" in problem(tmp_path, change)
+
+
+def test_a_map_of_a_continent_is_none_of_a_floor(tmp_path):
+    def endless(raw):
+        raw["spaces"][index_of(raw, "corridor-53")]["high"]["y"] = 1e9
+
+    said = problem(tmp_path, endless)
+    assert "space 'corridor-53' reaches 1e+09 m from 0, expected 10000 at most" in said
 
 
 def test_a_door_leads_from_one_space_to_another(tmp_path):

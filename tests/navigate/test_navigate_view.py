@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -12,12 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from navigate_loop import Loop
 
+from navigate.cli._drawing import Scene, write
 from navigate.reporting import outlook
 from navigate.view import draw_svg, draw_text
 from navigate.view._belief import opacity
 from navigate.view._braille import Braille
 from navigate.view._ink import Pane, Window
 from navigate.view._words import counted
+from tca_bus import ConfigError
 from xavier_sim.messages import LIDAR_BEAMS, STRIPER_BEAMS, FloorPlan
 
 ZERO = {"x": 0, "y": 0}
@@ -92,6 +95,8 @@ def test_an_idle_robot_without_readings_is_drawn(scene):
     assert len(parts(drawing, "touch")) == 2
     assert not parts(drawing, "goal")
     assert "no drive under way" in draw_text(idle, tiny, None, columns=60, rows=20)
+    with pytest.raises(ConfigError, match="--svg is '/', expected a file that can be written"):
+        write(Scene(idle, tiny, None), Path("/"))
 
 
 def test_what_lasers_see_stands_where_it_is():

@@ -52,6 +52,20 @@ def test_floor_has_sixty_rooms_with_a_door_each():
 def test_unknown_floor_names_near_match():
     with pytest.raises(FloorError, match="Did you mean 'wean5'"):
         load_floor("wean4")
+    with pytest.raises(FloorError, match="expected a floor plan file or one of wean5"):
+        load_floor("wean" * 1000)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("? [a, b]\n: 1\n", "line 1, column 3 is 'found unhashable key', expected valid YAML"),
+        (f"name: {'[' * 5000}{']' * 5000}\n", "file is 'nested without end'"),
+    ],
+)
+def test_yaml_that_is_no_plain_mapping(tmp_path, text, says):
+    with pytest.raises(FloorError, match=says):
+        load(tmp_path, text)
 
 
 def test_yaml_error_names_line_and_column(tmp_path):
@@ -170,6 +184,19 @@ def test_survey_is_repeatable_and_survives_yaml(tmp_path):
     surveyed = survey_floor(load_floor(), sigma=0.03, seed=4)
     assert surveyed == survey_floor(load_floor(), sigma=0.03, seed=4)
     assert load(tmp_path, plan_to_yaml(surveyed)) == surveyed
+
+
+@pytest.mark.parametrize("name", ["5: the west, #2", "off", "1.5", "Fünfter Stock", "'", "a\nb"])
+def test_any_name_survives_yaml(tmp_path, name):
+    plan = load_floor().model_copy(update={"name": name})
+    assert load(tmp_path, plan_to_yaml(plan)) == plan
+
+
+def test_a_room_may_be_called_like_a_truth_value(tmp_path, plan_data):
+    text = yaml.safe_dump(plan_data).replace("r-5303", "'off'")
+    plan = load(tmp_path, text)
+    assert "off" in plan.places
+    assert load(tmp_path, plan_to_yaml(plan)) == plan
 
 
 def test_perfect_survey_changes_nothing_but_rounding():

@@ -114,6 +114,8 @@ async def test_survey_writes_a_map(tmp_path):
     file = tmp_path / "map.yaml"
     assert (await run_command(app, "survey", "wean5", "--seed", "3", "-o", str(file))).code == 0
     assert load_floor(str(file)).places == PLAN.places
+    nowhere = await run_command(app, "survey", "wean5", "-o", "/")
+    assert (nowhere.code, nowhere.err) == (2, "error: / is no file; give the name of one\n")
 
 
 async def test_keyboard_process_on_a_terminal():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +33,9 @@ def find_floor(floor: str) -> Path:
     if floor in floor_names():
         return FLOORS / f"{floor}.yaml"
     path = Path(floor)
-    if path.is_file():
-        return path
+    with suppress(OSError):
+        if path.is_file():
+            return path
     near = did_you_mean(floor, floor_names())
     expected = f"a floor plan file or one of {', '.join(floor_names())}.{near}"
     raise FloorError(floor, "map", floor, expected)
@@ -65,10 +67,11 @@ class _Loader(yaml.SafeLoader):
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
         for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                continue
             if key.value in seen:
                 raise TwiceError(problem=f"a second {key.value}", problem_mark=key.start_mark)
-            if isinstance(key, yaml.ScalarNode):
-                seen.add(key.value)
+            seen.add(key.value)
         return super().construct_mapping(node, deep=deep)
 
 
@@ -77,6 +80,8 @@ def _read_yaml(path: Path) -> Any:
         return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a safe one
     except (OSError, UnicodeDecodeError) as error:
         raise FloorError(str(path), "file", error, "a readable UTF-8 text file") from error
+    except RecursionError as error:
+        raise FloorError(str(path), "file", "nested without end", "a plain mapping") from error
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "file"

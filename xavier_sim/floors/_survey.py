@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+import yaml
 
 from xavier_sim.floors._floor_checks import check_floor
 from xavier_sim.floors._geometry import door_edge
@@ -69,23 +72,30 @@ def survey_floor(plan: FloorPlan, *, sigma: float, seed: int) -> FloorPlan:
 
 def plan_to_yaml(plan: FloorPlan) -> str:
     """A plan as YAML text with one line for each space, door and place."""
-    lines = [f"name: {plan.name}", "spaces:"]
+    lines = [f"name: {_text(plan.name)}", "spaces:"]
     lines += [
-        f"  - {{name: {s.name}, kind: {s.kind.value}, low: {_corner(s.low)}, "
+        f"  - {{name: {_text(s.name)}, kind: {s.kind.value}, low: {_corner(s.low)}, "
         f"high: {_corner(s.high)}}}"
         for s in plan.spaces
     ]
     lines += ["doors:" if plan.doors else "doors: []"]
     lines += [
-        f"  - {{name: {d.name}, between: [{d.between[0]}, {d.between[1]}], "
+        f"  - {{name: {_text(d.name)}, "
+        f"between: [{_text(d.between[0])}, {_text(d.between[1])}], "
         f"at: {_corner(d.at)}, width: {d.width!r}}}"
         for d in plan.doors
     ]
     lines += ["places:" if plan.places else "places: {}"]
-    lines += [f"  {name}: {_corner(point)}" for name, point in plan.places.items()]
+    lines += [f"  {_text(name)}: {_corner(point)}" for name, point in plan.places.items()]
     lines += [f"start: {_corner(plan.start)}", f"start_heading: {plan.start_heading!r}"]
     lines += [f"charger: {_corner(plan.charger)}"] if plan.charger else []
     return "\n".join(lines) + "\n"
+
+
+def _text(text: str) -> str:
+    """A name as YAML takes it for one: in quotes where it would be a number or a truth value."""
+    dumped: str = yaml.safe_dump(text, width=math.inf, allow_unicode=True)
+    return dumped.removesuffix("\n").removesuffix("\n...")
 
 
 def _corner(corner: Corner) -> str:
