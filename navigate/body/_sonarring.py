@@ -34,6 +34,9 @@ SONARS = range(SONAR_COUNT)
 FASTEST, FASTEST_TURN = 10.0, 20.0
 """A reading that says that the robot drives faster than this, in m/s and rad/s, is wrong."""
 
+FARTHEST_ODOM = 1e5
+"""Metres or radians beyond which odometry says nothing: its own numbers are too coarse there."""
+
 _BYTES = np.array([1, 1 << 8, 1 << 16], dtype=np.int64)
 
 
@@ -44,20 +47,32 @@ def wrap(angle: float) -> float:
 
 def fault_of(sensors: Sensors) -> str | None:
     """What makes a reading useless, as a sentence; None when it is sound."""
+    return _fault_of_ranges(sensors) or _fault_of_motion(sensors)
+
+
+def _fault_of_ranges(sensors: Sensors) -> str | None:
     if sensors.sonar.shape != (SONAR_COUNT,):
         return f"sonar has {sensors.sonar.size} readings, expected {SONAR_COUNT}"
     for name, ranges, beams in (
         ("striper", sensors.striper, STRIPER_BEAMS),
         ("lidar", sensors.lidar, LIDAR_BEAMS),
     ):
-        if len(ranges) not in {0, beams}:
-            return f"{name} has {len(ranges)} readings, expected {beams} or none"
+        if ranges.shape not in {(0,), (beams,)}:
+            return f"{name} has {ranges.size} readings, expected {beams} or none, in one row"
     if np.isnan(sensors.sonar).all():
         return f"sonar has no number among its {SONAR_COUNT} readings"
-    if sensors.odom.shape != (3,) or not np.isfinite(sensors.odom).all():
-        return f"odom is {sensors.odom.tolist()}, expected three finite numbers"
-    if not math.isfinite(sensors.time):
-        return f"time is {sensors.time}, expected a finite number"
+    return None
+
+
+def _fault_of_motion(sensors: Sensors) -> str | None:
+    if sensors.odom.shape != (3,) or not (np.abs(sensors.odom) <= FARTHEST_ODOM).all():
+        return (
+            f"odom is {sensors.odom.tolist()}, expected three numbers "
+            f"from -{FARTHEST_ODOM:g} to {FARTHEST_ODOM:g}"
+        )
+    for name, seconds in (("time", sensors.time), ("period", sensors.period)):
+        if not math.isfinite(seconds):
+            return f"{name} is {seconds}, expected a finite number"
     if not abs(sensors.speed) <= FASTEST:
         return f"speed is {sensors.speed:g} m/s, expected -{FASTEST:g} to {FASTEST:g}"
     if not abs(sensors.turn_rate) <= FASTEST_TURN:

@@ -17,6 +17,9 @@ LEAP = 60.0
 GAP = 5
 """Ticks without a reading that are worth a word: the robot has stopped meanwhile."""
 
+STILL = 10
+"""Repetitions of a reading that nobody waits to have answered after which it is no news."""
+
 RUN = 3
 """Older readings in order, after which they are no stragglers: the time was set back."""
 
@@ -47,6 +50,7 @@ class Intake:
 
     def __init__(self) -> None:
         self._last: Sensors | None = None
+        self._repeated = 0
         self._older: list[Sensors] = []
 
     def judge(self, sensors: Sensors) -> Judgement:
@@ -57,12 +61,19 @@ class Intake:
         if last is None:
             return self._take(sensors, Kind.NEW)
         if (sensors.tick, sensors.time) == (last.tick, last.time):
-            return Judgement(Kind.AGAIN)
+            return self._judge_repeated(sensors)
         if sensors.time == last.time:
-            return Judgement(Kind.USELESS, f"time stands still at {sensors.time:.1f} s")
+            return _still(sensors)
         if sensors.time < last.time:
             return self._judge_older(sensors, last)
         return self._judge_newer(sensors, last)
+
+    def _judge_repeated(self, sensors: Sensors) -> Judgement:
+        """Said again since its answer was lost, or by a robot whose clock and counter hang."""
+        self._repeated += 1
+        if self._repeated < STILL or sensors.lockstep:
+            return Judgement(Kind.AGAIN)
+        return _still(sensors)
 
     def _judge_newer(self, sensors: Sensors, last: Sensors) -> Judgement:
         ticks, seconds = sensors.tick - last.tick, sensors.time - last.time
@@ -83,6 +94,10 @@ class Intake:
         return self._take(sensors, Kind.LEAPT, word)
 
     def _take(self, sensors: Sensors, kind: Kind, word: str | None = None) -> Judgement:
-        self._last = sensors
+        self._last, self._repeated = sensors, 0
         self._older.clear()
         return Judgement(kind, word)
+
+
+def _still(sensors: Sensors) -> Judgement:
+    return Judgement(Kind.USELESS, f"time stands still at {sensors.time:.1f} s")

@@ -18,28 +18,35 @@ from navigate.maps import Floor, load_plan
 from navigate.messages import NavigateToGoal, WhereAmI
 from navigate.navigator import Navigator
 from navigate.service import NavigateService, _helm
-from navigate.service._intake import Intake, Kind
+from navigate.service._intake import STILL, Intake, Kind
 from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
 from tca_bus._clock import WallClock
 from tca_bus.testing import ManualClock, bus, central, eventually
 from xavier_sim.messages import SONAR_COUNT, Drive, Sensors
 
 
-def reading(tick, time=None, *, lockstep=False, sonar=SONAR_COUNT, speed=0.0, turn_rate=0.0):
+def reading(tick, time=None, *, sonar=SONAR_COUNT, **fields):
+    sound = {
+        "period": 0.1,
+        "lockstep": False,
+        "sonar_fresh": (1 << SONAR_COUNT) - 1,
+        "odom": np.zeros(3, dtype=np.float32),
+        "striper": np.empty(0, dtype=np.float32),
+        "lidar": np.empty(0, dtype=np.float32),
+        "speed": 0.0,
+        "turn_rate": 0.0,
+        "bump": 0,
+    }
     return Sensors.model_construct(
         tick=tick,
         time=1000.0 + tick / 10 if time is None else time,
-        period=0.1,
-        lockstep=lockstep,
         sonar=np.full(sonar, 5.0, dtype=np.float32),
-        sonar_fresh=(1 << SONAR_COUNT) - 1,
-        odom=np.zeros(3, dtype=np.float32),
-        striper=np.empty(0, dtype=np.float32),
-        lidar=np.empty(0, dtype=np.float32),
-        speed=speed,
-        turn_rate=turn_rate,
-        bump=0,
+        **(sound | fields),
     )
+
+
+def floats(*shape, value=1.0):
+    return np.full(shape, value, dtype=np.float32)
 
 
 def judged(*readings):
@@ -52,8 +59,18 @@ def test_readings_in_order_are_new_and_doubled_ones_are_not(steps):
     ticks = list(itertools.accumulate(steps))
     kinds = [one.kind for one in judged(*(reading(tick) for tick in ticks))]
     assert kinds[0] is Kind.NEW
-    expected = [Kind.NEW if step else Kind.AGAIN for step in steps[1:]]
+    expected, run = [], 0
+    for step in steps[1:]:
+        run = 0 if step else run + 1
+        expected.append(Kind.NEW if step else Kind.AGAIN if run < STILL else Kind.USELESS)
     assert kinds[1:] == expected
+
+
+def test_a_reading_that_is_said_for_ever_is_no_news_unless_somebody_waits_for_the_answer():
+    last = judged(*[reading(7)] * (STILL + 1))[-1]
+    assert (last.kind, last.word) == (Kind.USELESS, "time stands still at 1000.7 s")
+    waiting = judged(*[reading(7, lockstep=True)] * 100)[-1]
+    assert waiting.kind is Kind.AGAIN
 
 
 @given(st.permutations(range(3)))
@@ -87,6 +104,27 @@ def test_stragglers_change_nothing(order):
             Kind.USELESS,
             "turn_rate is -1e+09 rad/s, expected -20 to 20",
         ),
+        (
+            [reading(1, odom=floats(3, value=2.0**100))],
+            Kind.USELESS,
+            f"odom is {[2.0**100] * 3}, expected three numbers from -100000 to 100000",
+        ),
+        (
+            [reading(1, odom=floats(3, value=math.nan))],
+            Kind.USELESS,
+            "odom is [nan, nan, nan], expected three numbers from -100000 to 100000",
+        ),
+        (
+            [reading(1, striper=floats(31, 2))],
+            Kind.USELESS,
+            "striper has 62 readings, expected 31 or none, in one row",
+        ),
+        (
+            [reading(1, lidar=floats(31))],
+            Kind.USELESS,
+            "lidar has 31 readings, expected 180 or none, in one row",
+        ),
+        ([reading(1, period=math.inf)], Kind.USELESS, "period is inf, expected a finite number"),
     ],
 )
 def test_what_is_amiss_has_a_name_and_a_word(readings, kind, word):
