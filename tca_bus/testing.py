@@ -42,6 +42,10 @@ FREE_PORT = "tcp/127.0.0.1:0"
 POLL_PERIOD = 0.01
 """Wall seconds between two looks at a condition."""
 
+PATIENCE = 30.0
+"""Wall seconds to wait for a condition. So long costs only a test that fails anyway, and a machine
+that tests many things at once is slow, not wrong."""
+
 LOOP_TURNS = 10
 """Turns of the event loop in which tasks that wait for nothing else come to their next wait."""
 
@@ -79,7 +83,7 @@ async def central(
 async def eventually(
     condition: Callable[[], object | Awaitable[object]],
     *,
-    timeout: float = 30.0,
+    timeout: float = PATIENCE,
     what: str = "the condition",
 ) -> None:
     """Wait until ``condition``, which may be async, is true.

@@ -185,7 +185,7 @@ async def test_a_killed_process_holds_nothing():
         pair() as (one, two),
         joining("resource_holder.py", one.options, "lift", "door") as process,
     ):
-        await eventually(lambda: holders(one, "lift"), timeout=20.0)
+        await eventually(lambda: holders(one, "lift"))
         later = waiting(two, "door")
         await eventually(lambda: waiters(one, "door"))
         process.send_signal(signal.SIGKILL)

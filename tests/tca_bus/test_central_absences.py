@@ -123,7 +123,7 @@ async def test_a_task_that_was_given_to_another_is_stopped_where_it_was():
             await far.cut()
             await eventually(lambda: spare.begun == [2])
             await far.heal()
-            await eventually(lambda: far.lifter.stopped == [1], timeout=20.0)
+            await eventually(lambda: far.lifter.stopped == [1])
             spare.up.set()
             assert await handle.result(timeout=10.0) == "spare"
         assert spare.stopped == []

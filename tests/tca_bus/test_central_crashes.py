@@ -105,7 +105,7 @@ async def test_a_command_that_may_be_resent_goes_to_the_next_module(tmp_path):
         await until_active(me, handle)
         await running.kill(robot)
         again = await running.robot()
-        await eventually(lambda: handle.status.attempt == 2, timeout=20.0)
+        await eventually(lambda: handle.status.attempt == 2)
         await until_active(me, handle)
         await me.inform(Arrive())
         place = await handle.result(timeout=10.0)

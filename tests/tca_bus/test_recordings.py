@@ -396,11 +396,11 @@ async def test_the_command_line_records_and_replays(tmp_path):
     async with office() as here:
         process = await here.start("record", str(path))
         assert b"Ctrl-C ends it" in await process.stderr.readline()
-        await eventually(lambda: is_written(here, path), timeout=30.0)
+        await eventually(lambda: is_written(here, path))
         handle = await here.me.execute(Drive(to="x"), id="d1")
         await here.me.inform(Arrive())
         await handle.result(timeout=10.0)
-        await eventually(lambda: topics(path).get("task/me", 0) >= 2, timeout=30.0)
+        await eventually(lambda: topics(path).get("task/me", 0) >= 2)
         process.send_signal(signal.SIGINT)
         ran = await finish(process)
         assert ran.code == 0, ran.err
@@ -448,7 +448,7 @@ async def test_a_recorder_killed_by_force_leaves_what_it_had(tmp_path):
     async with office() as here:
         process = await here.start("record", str(path), "inform", "task")
         await process.stderr.readline()
-        await eventually(lambda: is_written(here, path), timeout=30.0)
+        await eventually(lambda: is_written(here, path))
         process.kill()
         await process.wait()
         assert not read_info(path).is_finished

@@ -210,7 +210,7 @@ async def is_killed(here, id):
 async def test_an_interrupt_kills_the_task_that_was_sent():
     async with office() as here:
         process = await here.start("command", "drive", '{"to": "x"}', "--id", "d1")
-        await eventually(lambda: runs(here), timeout=20.0)
+        await eventually(lambda: runs(here))
         process.send_signal(signal.SIGINT)
         ran = await finish(process)
         assert ran.code == 6
@@ -227,7 +227,7 @@ async def test_a_killed_task_has_an_exit_code_of_its_own():
         sending = asyncio.create_task(
             here.tca("command", "drive", '{"to": "x"}', "--id", "d1"), name="sending"
         )
-        await eventually(lambda: runs(here), timeout=20.0)
+        await eventually(lambda: runs(here))
         await here.me.kill("d1", reason="no more")
         ran = await sending
         assert ran.code == 6

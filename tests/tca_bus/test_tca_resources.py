@@ -89,7 +89,7 @@ async def test_a_waiting_lock_begins_when_the_lease_ends():
         async def waits():
             return (await here.me.query(ListResources()))[0].waiters
 
-        await eventually(waits, timeout=20.0)
+        await eventually(waits)
         await lease.release()
         assert (await locking).code == 0
 

@@ -68,7 +68,7 @@ async def tapping(here, condition, name, *more):
         straight = all(sees_tap(module, own) for module in (here.me, here.robot))
         return straight or any(own in one.what.listener.name for one in listed)
 
-    await eventually(is_in_force, timeout=20.0)
+    await eventually(is_in_force)
     return Tapping(process)
 
 

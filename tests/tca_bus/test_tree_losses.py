@@ -93,7 +93,7 @@ async def test_a_task_held_for_its_module_goes_on_when_that_is_back(
     stranger = Module("stranger", options=options)
     await serve(stranger, "stranger", gate)
     async with stranger:
-        await eventually(lambda: "keeper" in (task.status.waiting_for or ""), timeout=15.0)
+        await eventually(lambda: "keeper" in (task.status.waiting_for or ""))
         again = Module("keeper", options=options)
         await serve(again, "again", gate)
         async with again:

@@ -278,7 +278,7 @@ async def test_lost_router_stops_time_until_it_is_back():
         await eventually(lambda: not driver.module.is_connected)
         tick = state.world.tick
         async with Router(options.connect):
-            await eventually(lambda: state.world.tick > tick + 30, timeout=30)
+            await eventually(lambda: state.world.tick > tick + 30)
             assert {sensors.tick for sensors in driver.seen} >= set(range(tick + 29))
 
 

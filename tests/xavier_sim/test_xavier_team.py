@@ -77,7 +77,7 @@ async def test_one_that_nobody_drives_stands_while_the_other_goes_on():
     async with bus() as options, team_of_two(options) as (team, own):
         driver = StandIn(sim(own["yoda"]), ticks=30)
         async with driver.module:
-            await eventually(lambda: team.world.tick >= 30, timeout=20)
+            await eventually(lambda: team.world.tick >= 30)
     assert team.world.truth("yoda").metres > 0.4
     assert team.world.truth("xavier").metres == 0.0
 
