@@ -120,9 +120,10 @@ def test_another_command_gives_another_log(tmp_path):
     [
         ({"robots": {}}, "is of a world with 0 robots"),
         ({"doors": None}, "begins with a world that cannot be restored here"),
+        ({}, "has no whole tick in it"),
     ],
 )
-def test_a_world_that_cannot_be_restored_is_a_clear_error(tmp_path, change, says):
+def test_a_world_that_cannot_be_simulated_again_is_a_clear_error(tmp_path, change, says):
     path, state = tmp_path / "other.mcap", make_state()
     beginning = beginning_of(state)
     world = {**beginning.world, **change}

@@ -6,6 +6,7 @@ import asyncio
 import json
 import sys
 
+import numpy as np
 import pytest
 from xavier_recordings import PLAN, TICKS, damaged, same, write
 
@@ -130,6 +131,18 @@ async def test_a_message_that_is_not_what_it_should_be_is_a_clear_error(tmp_path
         tape.note(wrong, 0.0)
         tape.finish(dropped=0)
     with pytest.raises(RecordingFileError, match=r"cannot be played from record \d+ on: .*tick"):
+        await played(path)
+
+
+async def test_sensors_of_wrong_length_are_a_clear_error(tmp_path):
+    path = tmp_path / "short.mcap"
+    state = RobotState(World(PLAN), SimClock(0.0), speed=None)
+    with path.open("wb") as stream:
+        tape = Tape(stream, beginning_of(state))
+        short = {"sonar": np.zeros(23, np.float32), "sonar_fresh": 0}
+        tape.sense(state.sensors().model_copy(update=short), state.true_location())
+        tape.finish(dropped=0)
+    with pytest.raises(RecordingFileError, match=r"sonar: has shape \(23,\), expected \(24,\)"):
         await played(path)
 
 

@@ -275,6 +275,8 @@ def test_snapshot_leaves_no_partial_file(tmp_path):
         ({"seed": -1}, {}, "--seed is -1, expected 0 or more"),
         ({"battery": 0.0}, {}, "--battery is 0.0, expected hours above 0"),
         ({}, {"epoch": "noon"}, "--epoch is 'noon', expected an ISO 8601 time"),
+        ({}, {"epoch": "1960-01-01"}, "--epoch is '1960-01-01', expected .* of the years 1970 to"),
+        ({}, {"epoch": "9999-12-31"}, "--epoch is '9999-12-31', expected .* of the years 1970 to"),
     ],
 )
 def test_bad_flags(world, flags, says):

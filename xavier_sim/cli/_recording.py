@@ -67,6 +67,7 @@ def verify(
     """
     with RecordingReader(file) as reader:
         ticks = retrace(reader, make_fault=make_fault, rays=rays)
+    _say_what_lacks(reader, "compared")
     if flags.json:
         emit_json({"ticks": ticks, "complete": reader.is_finished})
     else:
@@ -120,9 +121,15 @@ def beginning_of(state: RobotState) -> Beginning:
     )
 
 
-def _sum_up(robot: RecordedRobot, reader: RecordingReader, flags: BusFlags) -> None:
+def _say_what_lacks(reader: RecordingReader, done: str) -> None:
     if not reader.is_finished:
-        note("the recording was cut off; all that is whole in it was played")
+        note(f"the recording was cut off; all that is whole in it was {done}")
+    elif reader.dropped:
+        note(f"the recording lacks {reader.dropped:,} messages that its disk was too slow for")
+
+
+def _sum_up(robot: RecordedRobot, reader: RecordingReader, flags: BusFlags) -> None:
+    _say_what_lacks(reader, "played")
     if flags.json:
         emit_json({"ticks": robot.played, "complete": reader.is_finished})
     else:

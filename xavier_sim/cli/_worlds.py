@@ -26,6 +26,9 @@ WORLD_GROUP = Group("World", sort_key=10)
 
 Count = Annotated[int, Parameter(validator=Number(gte=0, lte=200))]
 
+LATEST = 16_725_225_600.0
+"""Seconds since the epoch, the year 2500: recordings count nanoseconds in 64 bits."""
+
 
 @Parameter(name="*", group=WORLD_GROUP)
 @dataclass(frozen=True, kw_only=True)
@@ -135,6 +138,10 @@ def _epoch(text: str | None) -> float:
     if text is None:
         return time.time()
     try:
-        return datetime.fromisoformat(text).timestamp()
-    except ValueError:
-        raise ConfigError("--epoch", text, "an ISO 8601 time such as 1997-06-02T09:00") from None
+        when = datetime.fromisoformat(text).timestamp()
+    except (OverflowError, ValueError):
+        when = math.nan
+    if not 0.0 <= when < LATEST:
+        expected = "an ISO 8601 time of the years 1970 to 2499, such as 1997-06-02T09:00"
+        raise ConfigError("--epoch", text, expected)
+    return when

@@ -22,7 +22,7 @@ from xavier_sim.messages import (
 from xavier_sim.recording._format import RecordingFileError
 from xavier_sim.recording._reader import RecordingReader
 from xavier_sim.recording._recorded_desk import RecordedDesk
-from xavier_sim.recording._ticks import Tick, ticks_of
+from xavier_sim.recording._ticks import NO_TICK, Tick, ticks_of
 from xavier_sim.robot import Reading
 
 READ_AHEAD = 64
@@ -116,7 +116,7 @@ class RecordedRobot:
         ahead = Ahead(ticks_of(reader, reader.path))
         await ahead.fill()
         if ahead.is_empty:
-            raise RecordingFileError(reader.path, "has no whole tick in it")
+            raise RecordingFileError(reader.path, NO_TICK)
         return cls(reader, ahead, speed=speed, goals=goals)
 
     @property

@@ -15,7 +15,7 @@ from tca_bus import TcaError
 from xavier_sim.messages import AnyFault, DoorMoved, Fault, Sensors
 from xavier_sim.recording._format import Beginning, RecordingFileError
 from xavier_sim.recording._reader import RecordingReader
-from xavier_sim.recording._ticks import Tick, ticks_of
+from xavier_sim.recording._ticks import NO_TICK, Tick, ticks_of
 from xavier_sim.robot import Reading
 from xavier_sim.sensors import Rays
 from xavier_sim.world import World
@@ -45,7 +45,7 @@ def retrace(reader: RecordingReader, *, make_fault: MakeFault, rays: Rays = "aut
 
     Raises:
         RetraceError: one came out otherwise.
-        RecordingFileError: the recording is damaged, or not of one robot alone.
+        RecordingFileError: the recording is damaged, has no tick, or is not of one robot alone.
     """
     world = _world(reader.beginning, reader.path, rays)
     count = 0
@@ -53,6 +53,8 @@ def retrace(reader: RecordingReader, *, make_fault: MakeFault, rays: Rays = "aut
         _compare(world.reading, tick.sensors, reader.path)
         count += 1
         _do(world, tick, make_fault)
+    if not count:
+        raise RecordingFileError(reader.path, NO_TICK)
     return count
 
 

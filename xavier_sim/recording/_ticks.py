@@ -9,9 +9,23 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from tca_bus import Broadcast, InvalidMessageError
-from xavier_sim.messages import DoorMoved, Drive, Fault, PlateReading, Sensors, TrueLocation
+from xavier_sim.messages import (
+    SONAR_COUNT,
+    DoorMoved,
+    Drive,
+    Fault,
+    PlateReading,
+    Sensors,
+    TrueLocation,
+)
 from xavier_sim.recording._format import Entry, RecordingFileError
 from xavier_sim.recording._wire_names import decode
+
+NO_TICK = "has no whole tick in it"
+"""What is wrong with a recording of nothing."""
+
+_SHAPES = {"sonar": (SONAR_COUNT,), "odom": (3,)}
+"""What the base itself reads; beams have as many numbers as a robot's profile says."""
 
 
 @dataclass
@@ -73,7 +87,20 @@ def ticks_of(entries: Iterable[Entry], path: Path) -> Iterator[Tick]:
 
 def _message(entry: Entry, path: Path) -> BaseModel | None:
     try:
-        return decode(entry.name, entry.payload)
+        message = decode(entry.name, entry.payload)
+        if isinstance(message, Sensors):
+            _check_shapes(message)
     except InvalidMessageError as error:
         why = f"cannot be played from record {entry.sequence} on: {error}"
         raise RecordingFileError(path, why) from error
+    return message
+
+
+def _check_shapes(sensors: Sensors) -> None:
+    wrong = [
+        f"{name}: has shape {found}, expected {shape}"
+        for name, shape in _SHAPES.items()
+        if (found := getattr(sensors, name).shape) != shape
+    ]
+    if wrong:
+        raise InvalidMessageError(sensors.wire_name, wrong)
