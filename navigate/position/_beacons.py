@@ -52,6 +52,7 @@ AGREES = 0.35
 """Metres within which a reading speaks for the pose."""
 
 _SIZE = 6
+_UNCHANGED: Floats = np.eye(_SIZE)
 
 
 class BeaconTracker:
@@ -138,7 +139,7 @@ class BeaconTracker:
         dx, dy, metres, turned, around = self._way
         if metres == around == 0.0:
             return
-        change = np.eye(_SIZE)
+        change = _UNCHANGED.copy()
         change[0, 2], change[1, 2] = -dy, dx
         change[0, 4], change[1, 4] = -dx, -dy
         change[2, 3], change[2, 5] = -metres, -turned
@@ -173,7 +174,9 @@ class BeaconTracker:
         aside_x = sonars[:, 0] * cos - sonars[:, 1] * sin
         aside_y = sonars[:, 0] * sin + sonars[:, 1] * cos
         look = sonars[:, 2] + theta
-        opened, shut = self._walls.nearest(np.column_stack([x + aside_x, y + aside_y, look]))
+        there = np.empty((len(ranges), 3))
+        there[:, 0], there[:, 1], there[:, 2] = x + aside_x, y + aside_y, look
+        opened, shut = self._walls.nearest(there)
         seen = np.minimum(ranges, REACH)
         as_open, as_shut = (seen - np.minimum(met.distance, REACH) for met in (opened, shut))
         is_open = np.abs(as_open) <= np.abs(as_shut)
@@ -181,10 +184,11 @@ class BeaconTracker:
         off = np.abs(surprise)
         usable = np.where(is_open, opened.sharp, shut.sharp) & (ranges < REACH) & (off < FARTHEST)
         if usable.any():
-            toward = _toward(opened, shut, is_open, look)
-            turning = toward[0] * aside_y - toward[1] * aside_x
-            slopes = np.column_stack([-toward[0], -toward[1], turning])[usable]
-            self._update(slopes, surprise[usable], STILL_SIGMA if still else RANGE_SIGMA)
+            toward_x, toward_y = _toward(opened, shut, is_open, look)
+            slopes = np.empty((len(ranges), 3))
+            slopes[:, 0], slopes[:, 1] = -toward_x, -toward_y
+            slopes[:, 2] = toward_x * aside_y - toward_y * aside_x
+            self._update(slopes[usable], surprise[usable], STILL_SIGMA if still else RANGE_SIGMA)
         return (off < AGREES).astype(np.float64)
 
     def _update(self, slopes: Floats, surprise: Floats, sigma: float) -> None:
@@ -198,12 +202,14 @@ class BeaconTracker:
         told = slopes.T @ slopes / sigma**2
         pull = slopes.T @ surprise / sigma**2
         # The information form: distances are many, but depend on three numbers only.
-        solved = np.linalg.solve(np.eye(3) + told @ pose, np.column_stack([told, pull]))
+        wanted = np.empty((3, 4))
+        wanted[:, :3], wanted[:, 3] = told, pull
+        solved = np.linalg.solve(_UNCHANGED[:3, :3] + told @ pose, wanted)
         spread = self._covariance[:, :3]
         self._mean = self._mean + spread @ solved[:, 3]
         after = self._covariance - spread @ solved[:, :3] @ spread.T
         self._covariance = (after + after.T) / 2
-        self._mean[3:] = self._mean[3:].clip(-MOST_ERRS, MOST_ERRS)
+        self._mean[3:] = np.minimum(np.maximum(self._mean[3:], -MOST_ERRS), MOST_ERRS)
 
     def _forget_way(self) -> None:
         self._way = (0.0, 0.0, 0.0, 0.0, 0.0)

@@ -91,6 +91,8 @@ def seen_from(now: Pose, heard: Heard) -> Floats:
     turn = heard.poses[:, 2] - now[2]
     turn_cos, turn_sin = np.cos(turn), np.sin(turn)
     ahead, left, look = MOUNTS[heard.sonars].T
-    x = dx * cos + dy * sin + ahead * turn_cos - left * turn_sin
-    y = dy * cos - dx * sin + ahead * turn_sin + left * turn_cos
-    return np.column_stack([x, y, turn + look])
+    seen = np.empty((len(turn), 3))
+    seen[:, 0] = dx * cos + dy * sin + ahead * turn_cos - left * turn_sin
+    seen[:, 1] = dy * cos - dx * sin + ahead * turn_sin + left * turn_cos
+    seen[:, 2] = turn + look
+    return seen

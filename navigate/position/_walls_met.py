@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,6 @@ PARALLEL = 1e-12
 """Keeps a line along the border of a cone from being divided by zero."""
 
 _TANGENT = math.tan(CONE_HALF)
-_SIDES: Floats = np.array([1.0, -1.0])[:, None, None]
 
 Flags = NDArray[np.bool_]
 
@@ -109,41 +109,65 @@ def nearest_points(
     if lines == 0:
         return _nothing(count), _nothing(count)
     cos, sin = np.cos(sonars[:, 2]), np.sin(sonars[:, 2])
-    turned = np.stack([cos, sin, -sin, cos], axis=1).reshape(count, 2, 2) @ ends
-    turned = turned.transpose(1, 0, 2)
-    way = turned[:, :, lines:]
-    start = turned[:, :, :lines]
-    start[0] -= (cos * sonars[:, 0] + sin * sonars[:, 1])[:, None]
-    start[1] -= (cos * sonars[:, 1] - sin * sonars[:, 0])[:, None]
-    first, last = _within_cone(start, way)
-    foot = -(start * way).sum(axis=0) / lengths
+    axes = np.empty((count, 2, 2))
+    axes[:, 0, 0] = axes[:, 1, 1] = cos
+    axes[:, 0, 1], axes[:, 1, 0] = sin, -sin
+    turned = axes @ ends
+    ahead, aside = turned[:, 0, :lines], turned[:, 1, :lines]
+    ahead -= (cos * sonars[:, 0] + sin * sonars[:, 1])[:, None]
+    aside -= (cos * sonars[:, 1] - sin * sonars[:, 0])[:, None]
+    cast = _Cast(ahead, aside, turned[:, 0, lines:], turned[:, 1, lines:])
+    first, last = _within_cone(cast)
+    foot = cast.ahead * cast.way_ahead
+    foot += cast.aside * cast.way_aside
+    foot /= -lengths
     at = np.minimum(np.maximum(foot, first), last)
-    points = start + at * way
-    squares = (points**2).sum(axis=0)
-    squares[first > last] = math.inf
-    sharp = (at == foot) | (at == 0.0) | (at == 1.0)
-    opened = _pick(squares[:, :walls], points, sharp) if walls else _nothing(count)
-    return opened, _pick(squares, points, sharp)
+    squares = (cast.ahead + at * cast.way_ahead) ** 2
+    squares += (cast.aside + at * cast.way_aside) ** 2
+    np.copyto(squares, math.inf, where=first > last)
+    opened = _pick(squares[:, :walls], cast, at, foot) if walls else _nothing(count)
+    return opened, _pick(squares, cast, at, foot)
 
 
-def _within_cone(start: Floats, way: Floats) -> tuple[Floats, Floats]:
+class _Cast(NamedTuple):
+    """Lines as k sonars have them, (k, m) each: where they begin, and their ways to their ends."""
+
+    ahead: Floats
+    aside: Floats
+    way_ahead: Floats
+    way_aside: Floats
+
+
+def _within_cone(cast: _Cast) -> tuple[Floats, Floats]:
     """The shares of lines at which they enter and leave cones; the first is greater outside."""
-    inside = _TANGENT * start[0] + _SIDES * start[1]
-    change = _TANGENT * way[0] + _SIDES * way[1]
+    along, change = _TANGENT * cast.ahead, _TANGENT * cast.way_ahead
+    left = _crossing(along + cast.aside, change + cast.way_aside)
+    right = _crossing(along - cast.aside, change - cast.way_aside)
+    first = np.maximum(np.maximum(left[0], right[0]), 0.0)
+    return first, np.minimum(np.minimum(left[1], right[1]), 1.0)
+
+
+def _crossing(inside: Floats, change: Floats) -> tuple[Floats, Floats]:
+    """The shares at which lines enter one border of a cone and leave it.
+
+    Args:
+        inside: how far inside of the border they begin.
+        change: by how much more they end.
+    """
     change += PARALLEL
+    entering = change > 0.0
     crossing = inside
     crossing /= -change
-    entering = change > 0.0
-    first = np.where(entering, crossing, 0.0).max(axis=0)
-    last = np.where(entering, 1.0, crossing).min(axis=0)
-    return np.maximum(first, 0.0), np.minimum(last, 1.0)
+    return np.where(entering, crossing, 0.0), np.where(entering, 1.0, crossing)
 
 
-def _pick(squares: Floats, points: Floats, sharp: Flags) -> Nearest:
+def _pick(squares: Floats, cast: _Cast, at: Floats, foot: Floats) -> Nearest:
     rows, picked = np.arange(len(squares)), squares.argmin(axis=1)
-    distance = np.sqrt(squares[rows, picked])
-    ahead, aside = points[:, rows, picked]
-    return Nearest(distance, ahead, aside, sharp[rows, picked])
+    share = at[rows, picked]
+    ahead = cast.ahead[rows, picked] + share * cast.way_ahead[rows, picked]
+    aside = cast.aside[rows, picked] + share * cast.way_aside[rows, picked]
+    sharp = (share == foot[rows, picked]) | (share == 0.0) | (share == 1.0)
+    return Nearest(np.sqrt(squares[rows, picked]), ahead, aside, sharp)
 
 
 def _nothing(count: int) -> Nearest:

@@ -76,5 +76,5 @@ class Laser:
         lost |= cosine < self._least_cosine
         lost |= seen < profile.nearest
         lost |= seen > profile.farthest
-        seen[lost] = np.inf
+        np.copyto(seen, np.inf, where=lost)
         return seen

@@ -71,12 +71,10 @@ class SonarRing:
         radius, (x, y, theta) = self._profile.ring_radius, pose
         facing = theta + part.bearings
         mounts = np.empty((len(facing), 2))
-        np.cos(facing, out=mounts[:, 0])
-        np.sin(facing, out=mounts[:, 1])
-        mounts *= radius
-        mounts += x, y
+        mounts[:, 0] = radius * np.cos(facing) + x
+        mounts[:, 1] = radius * np.sin(facing) + y
         looks = (facing[:, None] + self._spread).ravel()
-        return Volley(part, facing, mounts, Bundle(mounts[part.owners], looks))
+        return Volley(part, facing, mounts, Bundle(mounts.take(part.owners, axis=0), looks))
 
     def hear(self, volley: Volley, distance: Floats, cosine: Floats) -> int:
         """Take new readings of what a volley met, and return the bits of its sonars.
