@@ -184,7 +184,7 @@ class World:
             hardest_hit=one.people_met.hardest,
         )
 
-    def doors(self) -> dict[str, bool]:
+    def doors(self) -> Mapping[str, bool]:
         """Whether each door is open, by the room it belongs to."""
         return self._doors.by_room()
 
@@ -325,11 +325,11 @@ class World:
         """Put before each robot's sensors what stands about: people, carts and other robots."""
         for name, robot in self.robots.items():
             others = [one.disc for other, one in self.robots.items() if other != name]
-            at = robot.state
+            at, sight = robot.state, robot.sight
             rows = [
                 (disc.x, disc.y, disc.radius)
                 for disc in (*self._crowd.discs, *others)
-                if disc.gap(at.x, at.y, 0.0) < robot.sight
+                if disc.gap(at.x, at.y, 0.0) < sight
             ]
             robot.around = np.array(rows) if rows else None
 

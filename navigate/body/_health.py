@@ -110,6 +110,11 @@ class SonarHealth:
         self._waver = 0.0
         self._new, self._ticks = 0, 0
 
+    @property
+    def any_unsound(self) -> bool:
+        """Whether there is one that is not to be believed."""
+        return bool(np.count_nonzero(self.unsound))
+
     def judge(self, ranges: Floats, fresh: int, lit: Floats, odom: Pose) -> None:
         """Take in 24 readings, those in ``fresh`` new, beside what light sees in their cones."""
         self._new |= fresh
@@ -127,7 +132,7 @@ class SonarHealth:
         same = new & heard & (np.abs(np.where(heard, ranges, FAR) - self._last) < SAME)
         self._count_same(new, new & heard, same, odom[2])
         self._find_faults(ranges, odom[2])
-        if self.unsound.any():
+        if self.any_unsound:
             self._find_cured(new & heard, same)
         self._last = np.where(new & heard, ranges, self._last)
 

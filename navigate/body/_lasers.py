@@ -28,6 +28,7 @@ LIDAR_NEAREST = 0.05
 """Metres below which a lidar sees nothing."""
 
 
+_NOTHING: Floats = np.full(len(BEARINGS), np.inf)
 _MOUNTS: Floats = RING_RADIUS * np.column_stack([np.cos(BEARINGS), np.sin(BEARINGS)])
 
 
@@ -92,7 +93,7 @@ class Laser:
         off -= self._mounts
         off *= off
         nearest = np.sqrt(np.minimum.reduce(off[..., 0] + off[..., 1], axis=1))
-        ring = np.full(len(BEARINGS), np.inf)
+        ring = _NOTHING.copy()
         ring[self._lit] = np.where(nearest < 0.5 * AWAY, nearest, np.inf)
         return Sight(np.where(sound, readings, np.inf), spots[:-1], ring)
 

@@ -59,7 +59,7 @@ class Perception:
     @property
     def faults(self) -> dict[str, str]:
         """What is not to be believed, and why: such as ``sonar 3`` being ``stuck``."""
-        if not (self.striper.off or self.sonars.unsound.any()):
+        if not (self.striper.off or self.sonars.any_unsound):
             return {}
         unsound = np.flatnonzero(self.sonars.unsound).tolist()
         conditions = self.sonars.conditions
@@ -72,7 +72,9 @@ class Perception:
         striper = STRIPER.look(sensors.striper)
         lidar = LIDAR.look(sensors.lidar)
         if striper is not None:
-            own = np.where(self.sonars.unsound, np.inf, ranges)
+            own = (
+                np.where(self.sonars.unsound, np.inf, ranges) if self.sonars.any_unsound else ranges
+            )
             self.striper.judge(own, fresh, striper, odom)
         if self.striper.off:
             striper = None
@@ -82,7 +84,7 @@ class Perception:
         self.sonars.judge(ranges, fresh, lit, odom)
         beams = NO_BEAMS if striper is None else striper.ranges
         unsound = self.sonars.unsound
-        if not unsound.any():
+        if not self.sonars.any_unsound:
             return Percept(ranges, fresh, ranges, fresh, seen, lit, beams)
         own = np.where(unsound, np.inf, ranges)
         ring, renewed = self._stand_in(own, fresh, lit, seen)

@@ -139,9 +139,8 @@ class Surroundings:
         spots = np.concatenate([self._last, heard, self._scan, seen])
         spots -= odom[:2]
         squares = spots * spots
-        near = np.flatnonzero(squares[:, 0] + squares[:, 1] < within**2)
-        spreads = np.full(len(near), CONE_HALF)
-        spreads[near >= SONAR_COUNT + len(heard)] = BEAM_SPREAD
+        near = (squares[:, 0] + squares[:, 1] < within**2).nonzero()[0]
+        spreads = np.where(near < SONAR_COUNT + len(heard), CONE_HALF, BEAM_SPREAD)
         return Echoes(_turned(spots.take(near, axis=0), odom[2]), spreads)
 
     def _forget_heard(self, odom: Pose, ranges: Floats, fresh: int) -> None:

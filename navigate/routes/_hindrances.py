@@ -25,6 +25,10 @@ class Hindrances:
     doubtful_doors: tuple[tuple[str, float], ...] = ()
     doubtful_points: tuple[tuple[Point, float], ...] = ()
 
+    def __bool__(self) -> bool:
+        """Whether there is anything in the way, or may be."""
+        return bool(self.doors or self.points or self.doubtful_doors or self.doubtful_points)
+
     def stops(self, link: Link, one: Point, other: Point) -> bool:
         """Whether the link between two points is believed to be blocked."""
         return link.door in self.doors or bool(self.points and self.lie_between(one, other))
@@ -39,9 +43,9 @@ class Hindrances:
 
     def delay(self, door: str | None, one: Point, other: Point) -> float:
         """Seconds that doubt about a straight way costs on the average, through ``door`` if any."""
-        if not (self.doubtful_doors or self.doubtful_points):
-            return 0.0
-        seconds = sum(lost for name, lost in self.doubtful_doors if name == door)
+        seconds = 0.0
+        if door is not None:
+            seconds += sum(lost for name, lost in self.doubtful_doors if name == door)
         for point, lost in self.doubtful_points:
             if _off_segment(point, one, other) < BLOCKED_BERTH:
                 seconds += lost

@@ -151,6 +151,8 @@ class Planner:
 
     def cost(self, link: Link, to: int, blocked: Hindrances) -> float:
         """Seconds that a link of the graph costs on the average; infinite where it is blocked."""
+        if not blocked:
+            return link.seconds_to(to)
         one, other = self.graph.nodes[link.one].at, self.graph.nodes[link.other].at
         if blocked.stops(link, one, other):
             return math.inf

@@ -75,6 +75,7 @@ class RobotBody:
         self.contacts: list[Contact] = []
         self._pushed: tuple[float, float, float] | None = None
         self._state: BodyState | None = None
+        self._heading = start.theta
         self.state = start
 
     @property
@@ -87,10 +88,10 @@ class RobotBody:
             body = self._body
             x, y = body.position
             if self._pushed is not None and not self.touches:
-                self._state = BodyState(x, y, body.angle, *self._pushed)
+                self._state = BodyState(x, y, self._heading, *self._pushed)
             else:
                 vx, vy = body.velocity
-                self._state = BodyState(x, y, body.angle, vx, vy, body.angular_velocity)
+                self._state = BodyState(x, y, self._heading, vx, vy, body.angular_velocity)
         return self._state
 
     @state.setter
@@ -99,11 +100,11 @@ class RobotBody:
         body.position, body.velocity = (state.x, state.y), (state.vx, state.vy)
         body.angle, body.angular_velocity = state.theta, state.turn_rate
         self._space.reindex_shapes_for_body(body)
-        self._pushed, self._state = None, None
+        self._pushed, self._state, self._heading = None, None, state.theta
 
     def moved(self) -> None:
         """Forget the state that was read: a step has passed."""
-        self._state = None
+        self._state, self._heading = None, self._body.angle
 
     @property
     def velocities(self) -> tuple[float, float]:
@@ -112,14 +113,14 @@ class RobotBody:
         Quicker than that where the position is not needed: at each step of the physics.
         """
         if self._state is None and self._pushed is not None and not self.touches:
-            (vx, vy, turn_rate), heading = self._pushed, self._body.angle
+            (vx, vy, turn_rate), heading = self._pushed, self._heading
             return vx * math.cos(heading) + vy * math.sin(heading), turn_rate
         state = self.state
         return state.forward_speed(), state.turn_rate
 
     def push(self, speed: float, turn_rate: float) -> None:
         """Set the velocities for the next step, in which they last: m/s ahead, rad/s."""
-        body, heading = self._body, self._body.angle
+        body, heading = self._body, self._heading
         # Pymunk, which adds its forces, none here, would make a negative zero positive.
         vx, vy = speed * math.cos(heading) + 0.0, speed * math.sin(heading) + 0.0
         body.velocity, body.angular_velocity = (vx, vy), turn_rate

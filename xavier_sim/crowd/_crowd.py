@@ -204,8 +204,7 @@ def _move(person: Person, robots: Sequence[Disc]) -> None:
         return
     dx, dy, share = person.vx * TICK, person.vy * TICK, 1.0
     for robot in robots:
-        now = robot.gap(person.x, person.y, RADIUS)
         then = robot.gap(person.x + dx, person.y + dy, RADIUS)
-        if then < -TOUCH and then < now:
+        if then < -TOUCH and then < (now := robot.gap(person.x, person.y, RADIUS)):
             share = min(share, max(0.0, (now + TOUCH) / (now - then)))
     person.x, person.y = person.x + share * dx, person.y + share * dy

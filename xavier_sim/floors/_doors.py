@@ -28,6 +28,8 @@ class Doors:
         self._index = {name: i for i, name in reversed(list(enumerate(geometry.door_rooms)))}
         self._index.update({name: i for i, name in enumerate(geometry.door_names)})
         self.is_open = [True] * len(geometry.door_names)
+        self._told_of: list[bool] = []
+        self._told: Mapping[str, bool] = {}
 
     def find(self, name: str) -> int:
         """The number of the door of a room, or of a door by its own name.
@@ -43,9 +45,12 @@ class Doors:
         """The room that a door belongs to."""
         return self._geometry.door_rooms[door]
 
-    def by_room(self) -> dict[str, bool]:
-        """Whether each door is open, by the room it belongs to."""
-        return dict(zip(self._geometry.door_rooms, self.is_open, strict=True))
+    def by_room(self) -> Mapping[str, bool]:
+        """Whether each door is open, by the room it belongs to; the same object until one moves."""
+        if self._told_of != self.is_open:
+            self._told_of = self.is_open.copy()
+            self._told = dict(zip(self._geometry.door_rooms, self.is_open, strict=True))
+        return self._told
 
     def distances(self, x: float, y: float) -> Floats:
         """Metres from a point to each door."""

@@ -69,7 +69,7 @@ class RobotDesk:
     async def _tell_doors(self) -> None:
         """Tell of doors whoever listens here: they may have been moved from another realm."""
         before, now = self._doors, self._state.world.doors()
-        if before == now:
+        if before is now or before == now:
             return
         self._doors = now
         for room, is_open in now.items():
