@@ -96,6 +96,7 @@ class Episode:
         self._agenda = agenda
         self._switches = switches(rules, agenda)
         self._admitted: dict[str, DeliveryRequest] = {}
+        self._measured: set[str] = set()
         self._seen: list[str] = []
         self._unranked: list[DeliveryRequest] = []
         self._lines: list[str] = []
@@ -213,6 +214,7 @@ class Episode:
                     await self._admit_new(search, self._wanted())
 
     async def _poll(self, search: Search) -> None:
+        await self._learn_distances()
         correct(search, self._executor.world.facts, self._switches)
         self._drop_changed(search)
         await self._drop_ended(search)
@@ -238,13 +240,19 @@ class Episode:
             search.stop("the tree has grown large")
 
     def _drop_changed(self, search: Search) -> None:
-        """Take out what is put off, and what goes on otherwise; it enters again as it is then."""
+        """Take out what is put off, and what goes on otherwise; it enters again as it is then.
+
+        What else is new of a request, such as its deadline, counts from now on.
+        """
         for request_id, request in list(self._admitted.items()):
             now = self._book.find(request_id)
             if now is None:
                 continue
             if self._executor.world.waits(now) or errand(now) != errand(request):
                 self._withdraw(search, request)
+            elif now != request:
+                self._admitted[request_id] = now
+                self._agenda.put(claim(now, self._directory))
 
     async def _leave_out(self, search: Search, wanted: Collection[str]) -> None:
         """Take out what others are more urgent than, and what finds no place on the tray."""
@@ -288,10 +296,8 @@ class Episode:
             withdraw(search, request, self._admitted.values(), self._switches)
 
     async def _take_in(self, request: DeliveryRequest) -> None:
-        rooms = {request.pickup, request.deliver}
-        rooms |= {room for r in self._admitted.values() for room in (r.pickup, r.deliver)}
-        await self._distances.learn(rooms, self._locations)
         self._admitted[request.id] = request
+        await self._learn_distances()
         self._agenda.put(claim(request, self._directory))
         self._decisions.admit(request)
         self._seen.append(request.id)
@@ -299,6 +305,15 @@ class Episode:
         if request.id not in self._told and request.state is RequestState.QUEUED:
             self._told.add(request.id)
             await self._conversation.tell_all(["", trace.message_line(request)])
+
+    async def _learn_distances(self) -> None:
+        """Find out how far it is between the rooms of all errands, and from where the robot is."""
+        rooms = {room for r in self._admitted.values() for room in (r.pickup, r.deliver)}
+        if (here := self._executor.world.facts.room) is not None:
+            rooms.add(here)
+        if not rooms <= self._measured:
+            self._measured = rooms
+            await self._distances.learn(rooms, self._locations)
 
     def _wanted(self) -> list[DeliveryRequest]:
         """Open requests that should be in the search, no two that PRODIGY could not tell apart."""

@@ -47,8 +47,13 @@ class RouteTable(BaseModel):
 
 
 class PlanRoutes(Query[RouteTable]):
-    """Ask how far it is between each two of some rooms, as the navigator knows the floor now."""
+    """Ask how far it is between each two of some rooms, as the navigator knows the floor now.
+
+    With ``as_built`` what is in the way now, such as a shut door, does not count, and the answer
+    is always the same.
+    """
 
     wire_name = "navigateRoutes"
 
     rooms: list[RoomName] = Field(max_length=MOST_ROOMS)
+    as_built: bool = False

@@ -19,7 +19,7 @@ from navigate.messages import (
     WhereIsRoom,
 )
 from navigate.navigator import Navigator
-from navigate.routes import NoRouteError, as_table, describe
+from navigate.routes import Hindrances, NoRouteError, as_table, describe
 from tca_bus import Context, Module, TaskError
 from xavier_sim.messages import FloorPlan
 
@@ -74,7 +74,7 @@ class MapDesk:
         here = navigator.localizer.estimate
         with told_unknown():
             places = [navigator.floor.place(room) for room in query.rooms]
-        hindrances = navigator.memory.believed(navigator.time)
+        hindrances = Hindrances() if query.as_built else navigator.memory.believed(navigator.time)
         starts = [*places, (here.x, here.y)]
         # In a thread: the wheels go on being answered meanwhile.
         async with self._measuring:

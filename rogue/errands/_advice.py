@@ -146,10 +146,10 @@ class Advice:
         agenda, here = self.agenda, robot_room(view)
         errands = agenda.errands(view)
         travel = agenda.travel_beside(view, errands)
-        question = (here, errands, travel.capacity)
+        now = agenda.moment()
+        question = (here, errands, travel.capacity, now)
         if question == self._question:
             return
-        now = agenda.now()
         selected = select(
             errands,
             start=here,

@@ -13,6 +13,9 @@ from rogue.prodigy import SearchView
 NEARBY = 12.0
 """Metres of detour that less urgent errands may cost the urgent ones, all together."""
 
+MOMENT = 30.0
+"""Seconds for which what was decided holds if nothing else changes, whoever asks again."""
+
 MARGIN = 6.0
 """How much less urgent than the most urgent an errand may be without being put off for it."""
 
@@ -60,6 +63,10 @@ class Agenda:
         """Forget an errand."""
         self._claims.pop(key_of(user, item), None)
 
+    def moment(self) -> float:
+        """The time of a decision: the start of the `MOMENT` that it is now."""
+        return self.now() // MOMENT * MOMENT
+
     def priority(self, user: str, item: str) -> float:
         """How urgent an errand is now.
 
@@ -70,10 +77,13 @@ class Agenda:
 
     def priority_of(self, claim: Claim) -> float:
         """How urgent an errand with such a claim is now; errors as `priority`."""
-        return measure(self.metric, claim, self.now())
+        return measure(self.metric, claim, self.moment())
 
     def errands(self, view: SearchView) -> tuple[OpenErrand, ...]:
-        """The errands that the search has as goals and that are not done."""
+        """The errands that the search has as goals and that are not done, the oldest first.
+
+        Which of them the search had first does not count: another search finds the same order.
+        """
         rooms = _rooms(view, "item-at")
         targets = _rooms(view, "bound-for")
         carried = view.state.tuples("robot-has-item")
@@ -92,7 +102,8 @@ class Agenda:
                         carried=goal.args in carried,
                     )
                 )
-        return tuple(e for e in found if e.deliver and (e.carried or e.pickup))
+        complete = [e for e in found if e.deliver and (e.carried or e.pickup)]
+        return tuple(sorted(complete, key=lambda e: (self._posted(e.key), e.key)))
 
     def travel_beside(self, view: SearchView, errands: Iterable[OpenErrand]) -> Travel:
         """How the robot gets about with what is on the tray for none of these errands.
@@ -105,6 +116,10 @@ class Agenda:
         own = {thing_of(errand.key) for errand in errands}
         others = [args for args in view.state.tuples("robot-has-item") if args not in own]
         return replace(self.travel, capacity=max(1, self.travel.capacity - len(others)))
+
+    def _posted(self, key: str) -> float:
+        claim = self._claims.get(key)
+        return claim.posted if claim else 0.0
 
     def _deadline(self, key: str) -> float:
         claim = self._claims.get(key)
