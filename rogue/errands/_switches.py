@@ -150,7 +150,9 @@ def working(agenda: Agenda) -> Switches:
     that a program adds are asked before them.
     """
     advice = Advice(agenda)
-    return Switches(load_working_domain(advice), _EARLY, advice=advice)
+    # Priorities change while the robot drives, and it may have to turn back with nothing done.
+    options = replace(_EARLY, revisit=True)
+    return Switches(load_working_domain(advice), options, advice=advice)
 
 
 @lru_cache(maxsize=1)

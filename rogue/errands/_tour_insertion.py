@@ -91,6 +91,8 @@ class Line:
         completion = self.done + to
         ahead = np.minimum.accumulate(np.append(self._slack[1:], np.inf)[::-1])[::-1]
         cost = detour * (1.0 + self._behind)
+        # Until then the item is on the tray, where others may be put beside it.
+        cost[np.maximum.accumulate(self._load) > self.setting.capacity] = np.inf
         return _Places(self.setting, errand, cost[None], completion[None], (ahead >= detour)[None])
 
     def _for_both(self, errand: int) -> _Places:
@@ -175,8 +177,11 @@ def kept_line(setting: Setting, order: Sequence[tuple[str, bool]]) -> tuple[Line
 
 
 def grown(line: Line, new: Iterable[int]) -> Line:
-    """The line with new errands, each put in where it costs least."""
-    for errand in new:
+    """The line with new errands, each put in where it costs least.
+
+    What is on the tray comes first: on a full one there is no place for anything else before.
+    """
+    for errand in sorted(new, key=lambda at: not line.setting.errands[at].carried):
         line = line.with_(errand, line.best_place(errand))
     return line
 

@@ -267,6 +267,8 @@ class Engine:
         unforeseen = (set(added), set(deleted)) != tuple(map(set, self._predicted))
         above = succession.before(node)
         node.situation = succession.outcome(node, above, added, deleted, unforeseen=unforeseen)
+        if self.options.revisit:
+            node.situation = node.situation.without_past()
         node.executed = True
         self.done.append(node.step())
         self.tree.commit(node)

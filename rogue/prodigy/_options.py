@@ -64,6 +64,9 @@ class SearchOptions:
             domain by themselves.
         excise_loops: Close what cannot succeed because something below failed whatever the order
             of steps.
+        revisit: Let a step lead to a state that was left by an executed step. What is executed
+            takes time, in which the rules may have learnt why to go back; without it that is a
+            state loop. A domain whose rules wander then ends at a limit.
         protection: Where nothing else is left, keep a conditional effect from undoing what is
             needed by making its condition false first.
         depth_bound: Deepest node that may be expanded; None for no bound.
@@ -86,6 +89,7 @@ class SearchOptions:
     min_conspiracy_number: bool = True
     use_abs_level: bool = True
     excise_loops: bool = True
+    revisit: bool = False
     protection: bool = False
     depth_bound: int | None = 200
     max_nodes: int | None = 20_000

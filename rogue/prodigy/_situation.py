@@ -7,7 +7,7 @@ Situations are immutable and share what they have in common, so backtracking nee
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -71,6 +71,10 @@ class Situation:
     def state(self) -> State:
         """All that is true."""
         return self.facts.state
+
+    def without_past(self) -> Situation:
+        """Return this situation as one that no path led to."""
+        return replace(self, past=Map([(_world(self.facts), None)]))
 
     def repeats(self, earlier: Situation) -> bool:
         """Say whether the world was like this at ``earlier`` or on the way to it."""

@@ -244,8 +244,7 @@ class Tree:
             if number not in kept:
                 del self.nodes[number]
         if len(situation.past) > most:
-            past = Situation.at(situation.facts).past
-            self.barrier.situation = replace(situation, past=past)
+            self.barrier.situation = situation.without_past()
 
     def change_goals(self, goals: tuple[Literal, ...], dropped: tuple[Literal, ...]) -> None:
         """Add and drop goals of the problem; what is so follows with the next change."""

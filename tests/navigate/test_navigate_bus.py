@@ -29,6 +29,7 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.service import NavigateService
+from navigate.service._map_desk import MapDesk
 from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
 from tca_bus.testing import bus, eventually
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally
@@ -170,6 +171,21 @@ async def test_questions_about_rooms_routes_and_places():
         with pytest.raises(TaskFailedError) as failed:
             await wrong.result(timeout=10)
         assert failed.value.failure.name == "unknown_room"
+
+
+async def test_distances_as_built_do_not_depend_on_what_is_in_the_way_now():
+    navigator = Navigator(Floor(load_plan()), seed=1)
+    navigator.memory.shut("d-5303", navigator.time)
+    rooms = ["r-5303", "r-5311"]
+    async with bus() as options:
+        module = Module("navigate", options=options)
+        MapDesk(navigator, module)
+        async with module, Module("asker", options=options) as asker:
+            await asker.wait_for(PlanRoutes, timeout=10)
+            now = await asker.query(PlanRoutes(rooms=rooms))
+            built = await asker.query(PlanRoutes(rooms=rooms, as_built=True))
+    assert now.metres == [[0.0, None], [None, 0.0]]
+    assert built.metres == [[0.0, 18.32], [18.32, 0.0]]
 
 
 async def test_what_it_knows_is_kept_and_read_again(tmp_path):

@@ -24,6 +24,7 @@ class Navigator(FakeModule):
 
     async def query(self, message: object) -> object:
         assert isinstance(message, PlanRoutes)
+        assert message.as_built
         self.asked.append(message.rooms)
         numbers = [int(room[2:]) for room in message.rooms]
         metres = [[self._metres(one, other) for other in numbers] for one in numbers]

@@ -16,7 +16,7 @@ from rogue.conversation import Conversation
 from rogue.decisions import DecisionRecorder
 from rogue.distances import Distances
 from rogue.episode import Episode
-from rogue.errands import Agenda
+from rogue.errands import Agenda, RankSum
 from rogue.execution import (
     Executor,
     KnownWorld,
@@ -61,6 +61,7 @@ class Scene:
     episode: Callable[..., Episode]
     world: KnownWorld
     clock: ManualClock
+    agenda: Agenda
 
     async def play(self, rules: Rules, *requests: DeliveryRequest) -> list[str]:
         """Run episodes until nothing is open; gives the lines."""
@@ -100,6 +101,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
 
         told: set[str] = set()
         distances = Distances(module)
+        agenda = Agenda.plain(distances)
 
         def episode(rules: Rules, level: int = 2) -> Episode:
             return Episode(
@@ -107,7 +109,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 locations={room: (x / 100, y / 100) for room, (x, y) in PLACES.items()},
                 directory=directory,
                 distances=distances,
-                agenda=Agenda.plain(distances),
+                agenda=agenda,
                 store=store,
                 book=book,
                 executor=executor,
@@ -118,7 +120,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
                 level=level,
             )
 
-        yield Scene(store, book, robot, episode, world, module.clock)
+        yield Scene(store, book, robot, episode, world, module.clock, agenda)
 
 
 def nodes(lines: list[str]) -> list[str]:
@@ -222,6 +224,23 @@ async def test_a_cancellation_under_way_drops_the_goal(scene: Scene):
     await scene.play(Rules.WORKING, make_request(), make_request("b", **FAX))
     states = await scene.states()
     assert states == {"a": "canceled", "b": "completed"}
+
+
+async def test_what_is_only_to_leave_the_tray_is_not_urgent_any_more(scene: Scene):
+    seen: list[float] = []
+
+    async def look() -> None:
+        seen.append(scene.agenda.priority("mitchell", "delivermail"))
+
+    async def cancel() -> None:
+        await look()
+        await scene.book.give_up("a", RequestState.CANCELED, "not needed", "deliver")
+
+    fax = make_request("b", **FAX, deliver="r-5315")
+    scene.robot.events = {1: cancel, 2: look}
+    await scene.play(Rules.WORKING, make_request(deadline=1000.0), fax)
+    hurry = RankSum().deadline_rank(1000.0)
+    assert seen == [pytest.approx(seen[1] + hurry), seen[1]]
 
 
 async def test_the_same_errand_again_is_done_again(scene: Scene):

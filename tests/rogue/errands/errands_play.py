@@ -31,15 +31,16 @@ class Play:
     places: int | None = None
     nearby: float = 12.0
     now: float = 0.0
-    agenda: Agenda = field(init=False)
+    agenda: Agenda | None = None
     switches: Switches = field(init=False)
     search: Search = field(init=False)
     at_step: dict[int, Callable[[], Changed]] = field(default_factory=dict)
     performed: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        travel = Travel(distance=corridor, capacity=self.places)
-        self.agenda = Agenda(travel=travel, nearby=self.nearby, now=lambda: self.now)
+        if self.agenda is None:
+            travel = Travel(distance=corridor, capacity=self.places)
+            self.agenda = Agenda(travel=travel, nearby=self.nearby, now=lambda: self.now)
         self.switches = working(self.agenda)
 
     def begin(
@@ -59,10 +60,17 @@ class Play:
         )
         self.search = Search(problem, self.switches.options, self.switches.rules)
 
-    def claim(self, errand: Errand, rank: float, deadline: float = float("inf")) -> Errand:
-        self.agenda.put(
-            Claim(user=errand.user, item=errand.item, person_rank=rank, deadline=deadline)
+    def claim(
+        self, errand: Errand, rank: float, deadline: float = float("inf"), *, posted: float = 0.0
+    ) -> Errand:
+        claim = Claim(
+            user=errand.user,
+            item=errand.item,
+            person_rank=rank,
+            posted=posted,
+            deadline=deadline,
         )
+        self.agenda.put(claim)
         return errand
 
     def arrive(self, errand: Errand) -> None:
@@ -70,6 +78,12 @@ class Play:
 
     def withdraw(self, errand: Errand) -> None:
         self.search.remove_goal(self.switches.goal(errand), self.switches.facts(errand))
+
+    def next_step(self) -> StepView | None:
+        """The next step that is to be executed; None where the search has ended."""
+        events = (e for e in self.search.events() if isinstance(e, Execute))
+        event = next(events, None)
+        return event.step if event else None
 
     def run(self) -> list[str]:
         for event in self.search.events():

@@ -130,3 +130,11 @@ def test_what_fills_the_tray_is_served_before_something_urgent_is_fetched():
         errand("y", "", "r-5397", 0.0, carried=True),
     ]
     assert selected(errands) == ({"top"}, {"x", "y"})
+
+
+def test_what_is_decided_holds_for_a_moment():
+    times = iter([90.0, 101.0, 119.9, 120.0])
+    agenda = Agenda(travel=Travel(distance=corridor), now=lambda: next(times))
+    first, *same, later = (agenda.priority_of(CLAIM) for _ in range(4))
+    assert same == [first, first]
+    assert later > first

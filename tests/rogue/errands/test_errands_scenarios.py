@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import random
+from math import inf
+
 import pytest
 from errands_play import Changed, Play, corridor
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rogue.errands import Errand, OpenErrand, best_tour
-from rogue.prodigy import Choice, Literal
+from rogue.prodigy import Choice, Literal, StepView
 
 MAIL = Errand("mitchell", "delivermail", "r-5301", "r-5315")
 PARCEL = Errand("jhm", "parcel", "r-5409", "r-4320")
@@ -183,3 +186,67 @@ def test_an_errand_that_comes_near_its_deadline_overtakes():
     assert done.index("deliver-item r-5315 newell deliverfax") < done.index(
         "deliver-item r-5301 mitchell delivermail"
     )
+
+
+def test_the_robot_turns_back_with_nothing_done_where_priorities_change_twice():
+    play = Play()
+
+    def rank(mail: float, parcel: float) -> None:
+        play.claim(MAIL, mail)
+        play.claim(PARCEL, parcel)
+
+    rank(mail=20.0, parcel=2.0)
+    play.at_step = {1: lambda: rank(mail=2.0, parcel=20.0), 2: lambda: rank(mail=20.0, parcel=2.0)}
+    play.begin([MAIL, PARCEL], ROOMS, at="r-5305")
+    assert play.run() == [MAIL_STEPS[0], PARCEL_STEPS[0], *MAIL_STEPS, *PARCEL_STEPS]
+
+
+ERRANDS = st.lists(
+    st.builds(
+        Errand,
+        st.sampled_from(["mitchell", "jhm", "newell"]),
+        st.sampled_from(["delivermail", "deliverfax", "parcel"]),
+        st.sampled_from(ROOMS[:4]),
+        st.sampled_from(ROOMS[4:]),
+    ),
+    min_size=2,
+    max_size=9,
+    unique_by=lambda errand: (errand.user, errand.item),
+)
+
+
+def whereto(step: StepView) -> str:
+    """Where a drive leads, whoever it is for; any other step in full."""
+    return str(step.args[1] if step.operator.startswith("goto") else step)
+
+
+@settings(max_examples=15)
+@given(errands=ERRANDS, places=st.sampled_from([None, 2, 4]), chance=st.randoms())
+def test_a_search_begun_anew_at_any_step_goes_on_as_the_one_that_runs(
+    errands: list[Errand], places: int | None, chance: random.Random
+):
+    """What a planner that was killed has on disk is enough for it to go on as it would have."""
+    running = Play(places=places)
+    for errand in errands:
+        deadline = chance.choice([inf, chance.uniform(200.0, 2500.0)])
+        running.claim(errand, chance.randint(0, 9), deadline, posted=chance.random())
+    running.begin(errands, ROOMS)
+    here, tray, left = "r-5301", list[tuple[str, str]](), list(errands)
+    while step := running.next_step():
+        fresh = Play(places=places, agenda=running.agenda)
+        fresh.begin(reversed(left), ROOMS, at=here, carried=tray)
+        other = fresh.next_step()
+        assert other is not None
+        assert whereto(other) == whereto(step)
+        thing = (str(step.args[1]), str(step.args[-1]))
+        match step.operator:
+            case "acquire-item":
+                tray.append(thing)
+            case "deliver-item":
+                tray.remove(thing)
+                left = [errand for errand in left if (errand.user, errand.item) != thing]
+            case _:
+                here = str(step.args[1])
+        running.now += chance.uniform(5.0, 80.0)
+        running.search.executed()
+    assert not left

@@ -147,6 +147,18 @@ def test_a_tour_that_grows_serves_everybody_in_a_possible_order(seed: int, capac
             errands.pop(chance.randrange(len(errands)))
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_long_tour_from_a_full_tray_is_possible(seed: int):
+    chance = random.Random(seed)
+    travel = Travel(distance=ring, capacity=3)
+    errands = [
+        replace(e, carried=number < 3, deadline=chance.choice([inf, 900.0]))
+        for number, e in enumerate(some_errands(chance, 2 * EXACT_UP_TO))
+    ]
+    tour = best_tour(errands, start="r-0", travel=travel)
+    assert served(tour, errands, 3) == {errand.key for errand in errands}
+
+
 def served(tour: Tour, errands: Sequence[OpenErrand], capacity: int | None) -> set[str]:
     """Whose item is delivered, if each stop of the tour is possible when its turn comes."""
     held = {e.key for e in errands if e.carried}
