@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from navigate_readings import reading
 
 from navigate.body import BEARINGS, RING_RADIUS, Perception
 from navigate.driving import DoorLog, Surroundings, View, Wheels, must_stop
@@ -13,7 +14,7 @@ from navigate.driving._doorpass import pass_door
 from navigate.driving._safety import BLIND_SPEED, guard
 from navigate.driving._view import DoorShut
 from navigate.maps import Floor, load_plan
-from xavier_sim.messages import SONAR_COUNT, Sensors
+from xavier_sim.messages import SONAR_COUNT
 
 DOOR = Floor(load_plan()).doors["d-5303"]
 HALF, BEFORE, ROOM = DOOR.width / 2, 1.2, 4.0
@@ -92,7 +93,7 @@ def test_only_neighbours_stand_in_for_a_dead_front_and_the_robot_drives_slowly()
     perception = Perception()
     perception.sonars.unsound[0] = True
     readings = np.full(SONAR_COUNT, 3.0, dtype=np.float32)
-    sensors = _sensors(readings, fresh=ALL)
+    sensors = reading(sonar=readings)
     percept = perception.take_in(sensors, (0.0, 0.0, 0.0))
     assert percept.blind == 1
     echoes = Surroundings().picture((0.0, 0.0, 0.0), within=3.0).spots
@@ -105,24 +106,7 @@ def test_what_both_neighbours_of_a_silent_front_touch_stops_the_wheels():
     readings = np.full(SONAR_COUNT, 3.0, dtype=np.float32)
     readings[0] = np.inf
     readings[1] = 0.2
-    assert not must_stop(Wheels(0.3, 0.0), _sensors(readings, fresh=2))
+    assert not must_stop(Wheels(0.3, 0.0), reading(sonar=readings, sonar_fresh=2))
     readings[-1] = 0.2
-    assert must_stop(Wheels(0.3, 0.0), _sensors(readings, fresh=2))
-    assert not must_stop(Wheels(0.3, 0.0), _sensors(readings, fresh=1))
-
-
-def _sensors(readings, *, fresh):
-    return Sensors.model_construct(
-        tick=1,
-        time=0.1,
-        period=0.1,
-        lockstep=True,
-        sonar=readings,
-        sonar_fresh=fresh,
-        odom=np.zeros(3, dtype=np.float32),
-        speed=0.3,
-        turn_rate=0.0,
-        bump=0,
-        striper=np.empty(0, dtype=np.float32),
-        lidar=np.empty(0, dtype=np.float32),
-    )
+    assert must_stop(Wheels(0.3, 0.0), reading(sonar=readings, sonar_fresh=2))
+    assert not must_stop(Wheels(0.3, 0.0), reading(sonar=readings, sonar_fresh=1))

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from navigate_office import running
+from navigate_readings import reading
 
 from navigate.maps import Floor, load_plan
 from navigate.messages import NavigateToGoal, WhereAmI
@@ -22,27 +23,7 @@ from navigate.service._intake import STILL, Intake, Kind
 from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
 from tca_bus._clock import WallClock
 from tca_bus.testing import ManualClock, bus, central, eventually
-from xavier_sim.messages import SONAR_COUNT, Drive, Sensors
-
-
-def reading(tick, time=None, *, sonar=SONAR_COUNT, **fields):
-    sound = {
-        "period": 0.1,
-        "lockstep": False,
-        "sonar_fresh": (1 << SONAR_COUNT) - 1,
-        "odom": np.zeros(3, dtype=np.float32),
-        "striper": np.empty(0, dtype=np.float32),
-        "lidar": np.empty(0, dtype=np.float32),
-        "speed": 0.0,
-        "turn_rate": 0.0,
-        "bump": 0,
-    }
-    return Sensors.model_construct(
-        tick=tick,
-        time=1000.0 + tick / 10 if time is None else time,
-        sonar=np.full(sonar, 5.0, dtype=np.float32),
-        **(sound | fields),
-    )
+from xavier_sim.messages import Drive
 
 
 def floats(*shape, value=1.0):
@@ -95,8 +76,8 @@ def test_stragglers_change_nothing(order):
         ([reading(1), reading(4)], Kind.NEW, None),
         ([reading(500), reading(0, 1060.0)], Kind.NEW, None),
         ([reading(1), reading(700)], Kind.NEW, "698 readings before it are missing"),
-        ([reading(1, sonar=23)], Kind.USELESS, "sonar has 23 readings, expected 24"),
-        ([reading(1, sonar=())], Kind.USELESS, "sonar has 1 readings, expected 24"),
+        ([reading(1, sonar=floats(23))], Kind.USELESS, "sonar has 23 readings, expected 24"),
+        ([reading(1, sonar=floats())], Kind.USELESS, "sonar has 1 readings, expected 24"),
         ([reading(1, speed=math.inf)], Kind.USELESS, "speed is inf m/s, expected -10 to 10"),
         ([reading(1, speed=math.nan)], Kind.USELESS, "speed is nan m/s, expected -10 to 10"),
         (

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from navigate_office import running
+from navigate_readings import reading
 
 from navigate.driving import STOP, Wheels, must_stop
 from navigate.maps import Floor, load_plan
@@ -32,23 +33,11 @@ BRAKING = 6
 """Ticks that the base needs to stand still."""
 
 
-def sensors(*, ahead=5.0, fresh=1, bump=0, tick=1, lockstep=False):
+def sensors(*, ahead=5.0, fresh=1, **fields):
+    """Readings of a robot that drives at 0.5 m/s and has just heard ahead."""
     sonar = np.full(SONAR_COUNT, 5.0, dtype=np.float32)
     sonar[0] = ahead
-    return Sensors.model_construct(
-        tick=tick,
-        time=1000.0 + tick / 10,
-        period=0.1,
-        lockstep=lockstep,
-        sonar=sonar,
-        sonar_fresh=fresh,
-        odom=np.zeros(3, dtype=np.float32),
-        speed=0.5,
-        turn_rate=0.0,
-        bump=bump,
-        striper=np.empty(0, dtype=np.float32),
-        lidar=np.empty(0, dtype=np.float32),
-    )
+    return reading(sonar=sonar, sonar_fresh=fresh, speed=0.5, **fields)
 
 
 @given(st.floats(-0.7, 0.7), st.integers(0, BUMP_PANELS - 1))

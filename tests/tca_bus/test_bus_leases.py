@@ -7,18 +7,17 @@ import signal
 
 import pytest
 from bus_process import joining
+from mortal_router import MortalRouter
 from resource_holder import Ride
 from resource_office import asked, holders, pair, resource, waiters, waiting
 
 from tca_bus import (
-    BusOptions,
     DeadlockError,
     InvalidMessageError,
     LeaseLostError,
     Module,
     PendingLimitError,
     RefusedError,
-    Router,
     TaskFailedError,
     TimedOutError,
 )
@@ -247,30 +246,24 @@ async def test_a_new_central_that_knows_nothing_ends_what_it_does_not_know():
 
 
 async def test_leases_survive_a_restart_of_the_router():
-    router = Router("tcp/127.0.0.1:0")
-    await router.__aenter__()
-    options = BusOptions(connect=router.endpoint, realm="leases")
-    try:
-        async with (
-            central(options),
-            Module("one", options=options) as one,
-            Module("two", options=options) as two,
-        ):
-            lift = await one.acquire("lift")
-            later = waiting(two, "lift")
-            await eventually(lambda: waiters(one, "lift"))
-            await router.__aexit__(None, None, None)
-            await eventually(lambda: not one.is_connected)
-            router = Router(options.connect)
-            await router.__aenter__()
-            await one.connected()
-            await eventually(lambda: asked(one, "lift"))
-            assert lift.is_held
-            assert not later.done()
-            await lift.release()
-            assert (await asyncio.wait_for(later, 10.0)).is_held
-    finally:
-        await router.__aexit__(None, None, None)
+    async with (
+        MortalRouter() as router,
+        central(router.options),
+        Module("one", options=router.options) as one,
+        Module("two", options=router.options) as two,
+    ):
+        lift = await one.acquire("lift")
+        later = waiting(two, "lift")
+        await eventually(lambda: waiters(one, "lift"))
+        await router.die()
+        await eventually(lambda: not one.is_connected)
+        await router.rise()
+        await one.connected()
+        await eventually(lambda: asked(one, "lift"))
+        assert lift.is_held
+        assert not later.done()
+        await lift.release()
+        assert (await asyncio.wait_for(later, 10.0)).is_held
 
 
 async def test_the_log_tells_of_holds():

@@ -9,16 +9,15 @@ import pytest
 import zenoh
 from bus_process import victim
 from bus_victim import Sleep
+from mortal_router import MortalRouter
 
 from tca_bus import (
     Broadcast,
     BusGoneError,
-    BusOptions,
     Inform,
     Module,
     PeerLostError,
     Query,
-    Router,
 )
 from tca_bus.cli._flags import BusFlags, bus_options
 from tca_bus.testing import eventually
@@ -36,31 +35,9 @@ class Shout(Broadcast):
     number: int
 
 
-class MortalRouter:
-    """A router that the test can kill and start again on its endpoint."""
-
-    def __init__(self):
-        self._router = Router("tcp/127.0.0.1:0")
-
-    async def __aenter__(self):
-        await self._router.__aenter__()
-        self.options = BusOptions(connect=self._router.endpoint, realm="links", links="direct")
-        return self
-
-    async def __aexit__(self, *_):
-        await self._router.__aexit__(None, None, None)
-
-    async def die(self):
-        await self._router.__aexit__(None, None, None)
-
-    async def rise(self):
-        self._router = Router(self.options.connect)
-        await self._router.__aenter__()
-
-
 @pytest.fixture
 async def router():
-    async with MortalRouter() as router:
+    async with MortalRouter(links="direct") as router:
         yield router
 
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import math
-from contextlib import asynccontextmanager
 
 import pytest
 from bus_process import victim
 from bus_victim import Sleep
+from mortal_router import MortalRouter
 
 from tca_bus import (
     Broadcast,
     BusGoneError,
-    BusOptions,
     Inform,
     Module,
     NoHandlerError,
     PeerLostError,
     Query,
-    Router,
 )
 from tca_bus._protocol import Describe
 from tca_bus.testing import bus, eventually
@@ -37,29 +35,6 @@ class Tell(Inform):
 
 class Shout(Broadcast):
     number: int
-
-
-@asynccontextmanager
-async def mortal_router():
-    """A router that the test can kill and start again on its endpoint."""
-    router = Router("tcp/127.0.0.1:0")
-    await router.__aenter__()
-    endpoint = router.endpoint
-    routers = [router]
-
-    async def die():
-        await routers.pop().__aexit__(None, None, None)
-
-    async def rise():
-        again = Router(endpoint)
-        await again.__aenter__()
-        routers.append(again)
-
-    try:
-        yield BusOptions(connect=endpoint, realm="outage"), die, rise
-    finally:
-        for left in routers:
-            await left.__aexit__(None, None, None)
 
 
 def worker(options, go, numbers):
@@ -108,18 +83,18 @@ async def test_a_waiting_query_survives_the_router_and_is_handled_once():
     go = asyncio.Event()
     numbers: list[int] = []
     async with (
-        mortal_router() as (options, die, rise),
-        worker(options, go, numbers),
-        Module("asker", options=options) as asker,
+        MortalRouter() as router,
+        worker(router.options, go, numbers),
+        Module("asker", options=router.options) as asker,
         asker.watch_modules() as changes,
     ):
         await asker.wait_for(Work, timeout=5.0)
         query = asyncio.create_task(asker.query(Work(number=1), timeout=30.0))
         await eventually(lambda: numbers == [1])
-        await die()
+        await router.die()
         await eventually(lambda: not asker.is_connected)
         later = asyncio.create_task(asker.query(Work(number=2), timeout=30.0))
-        await rise()
+        await router.rise()
         await asker.connected()
         go.set()
         assert await query == 1
@@ -135,26 +110,26 @@ async def test_an_answer_that_was_lost_with_the_router_is_given_again():
     go = asyncio.Event()
     numbers: list[int] = []
     async with (
-        mortal_router() as (options, die, rise),
-        worker(options, go, numbers),
-        Module("asker", options=options) as asker,
+        MortalRouter() as router,
+        worker(router.options, go, numbers),
+        Module("asker", options=router.options) as asker,
     ):
         await asker.wait_for(Work, timeout=5.0)
         query = asyncio.create_task(asker.query(Work(number=1), timeout=30.0))
         await eventually(lambda: numbers == [1])
-        await die()
+        await router.die()
         await eventually(lambda: not asker.is_connected)
         go.set()
-        await rise()
+        await router.rise()
         assert await query == 1
         assert numbers == [1]
 
 
 async def test_while_the_router_is_away_asking_says_so_and_broadcasting_counts():
-    async with mortal_router() as (options, die, _):
-        impatient = options.model_copy(update={"connect_timeout": 0.2})
+    async with MortalRouter() as router:
+        impatient = router.options.model_copy(update={"connect_timeout": 0.2})
         async with Module("asker", options=impatient) as asker:
-            await die()
+            await router.die()
             await eventually(lambda: not asker.is_connected)
             with pytest.raises(BusGoneError):
                 await asker.query(Work(number=1), timeout=0.2)
@@ -165,14 +140,14 @@ async def test_while_the_router_is_away_asking_says_so_and_broadcasting_counts()
 
 async def test_subscriptions_go_on_after_the_router_is_back():
     async with (
-        mortal_router() as (options, die, rise),
-        Module("robot", options=options) as robot,
-        Module("hearer", options=options) as hearer,
+        MortalRouter() as router,
+        Module("robot", options=router.options) as robot,
+        Module("hearer", options=router.options) as hearer,
         hearer.subscribe(Shout) as shouts,
     ):
-        await die()
+        await router.die()
         await eventually(lambda: not robot.is_connected and not hearer.is_connected)
-        await rise()
+        await router.rise()
         await robot.connected()
         await hearer.connected()
 

@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 import pytest
 from bus_process import victim
 from bus_victim import Retoil, Toil
+from mortal_router import MortalRouter
 from pydantic import BaseModel
 
 from tca_bus import (
-    BusOptions,
     Command,
     Constraint,
     Goal,
@@ -20,7 +20,6 @@ from tca_bus import (
     Module,
     NoHandlerError,
     RefusedError,
-    Router,
     TaskError,
     TaskFailedError,
     TaskState,
@@ -231,26 +230,20 @@ async def test_a_task_that_central_has_forgotten_is_a_failure():
 
 
 async def test_a_task_lives_through_a_restart_of_the_router():
-    router = Router("tcp/127.0.0.1:0")
-    await router.__aenter__()
-    try:
-        options = BusOptions(connect=router.endpoint)
-        gate = asyncio.Event()
-        module, seen = porter(options, gate)
-        async with central(options), module, Module("boss", options=options) as boss:
+    gate = asyncio.Event()
+    async with MortalRouter() as router, central(router.options):
+        module, seen = porter(router.options, gate)
+        async with module, Module("boss", options=router.options) as boss:
             await boss.wait_for(Carry, timeout=10.0)
             handle = await boss.execute(Carry(weight=1.0))
             waiting = asyncio.create_task(handle.result(timeout=30.0))
             await eventually(lambda: seen)
-            await router.__aexit__(None, None, None)
+            await router.die()
             await eventually(lambda: not boss.is_connected)
             gate.set()
-            router = Router(options.connect)
-            await router.__aenter__()
+            await router.rise()
             assert await waiting == Parcel(weight=1.0)
             assert len(seen) == 1
-    finally:
-        await router.__aexit__(None, None, None)
 
 
 async def test_a_task_whose_module_is_killed_fails_or_goes_to_the_next():

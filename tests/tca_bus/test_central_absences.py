@@ -6,18 +6,17 @@ import asyncio
 from contextlib import asynccontextmanager
 
 import pytest
+from mortal_router import MortalRouter
 
 from tca_bus import (
-    BusOptions,
     Command,
     ConfigError,
     Module,
     NoHandlerError,
-    Router,
     TaskFailedError,
 )
 from tca_bus._central import Central
-from tca_bus.testing import FREE_PORT, bus, central, eventually
+from tca_bus.testing import bus, central, eventually
 
 pytestmark = pytest.mark.bus
 
@@ -56,27 +55,18 @@ class FarSide:
     """A router that can be away, linked to the one of central, and a lifter there."""
 
     def __init__(self, near):
-        self._link = near.connect
-        self._realm = near.realm
-        self._router = Router(FREE_PORT, links=[self._link])
+        self._router = MortalRouter(linked_to=(near.connect,), realm=near.realm)
+        self.cut, self.heal = self._router.die, self._router.rise
 
     async def __aenter__(self):
         await self._router.__aenter__()
-        options = BusOptions(connect=self._router.endpoint, realm=self._realm)
-        self.lifter = Lifter("far", options)
+        self.lifter = Lifter("far", self._router.options)
         await self.lifter.module.__aenter__()
         return self
 
     async def __aexit__(self, *reason):
         await self.lifter.module.__aexit__(*reason)
         await self._router.__aexit__(*reason)
-
-    async def cut(self):
-        await self._router.__aexit__(None, None, None)
-
-    async def heal(self):
-        self._router = Router(self._router.endpoint, links=[self._link])
-        await self._router.__aenter__()
 
 
 @asynccontextmanager

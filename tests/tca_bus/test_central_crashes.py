@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 from central_robot import Arrive, Drive, Quick, Redrive, Where
+from mortal_router import MortalRouter
 
 from tca_bus import (
     BusOptions,
     Module,
     NoHandlerError,
     PeerLostError,
-    Router,
     TaskFailedError,
     TaskState,
 )
@@ -158,33 +158,23 @@ async def test_a_module_that_died_with_central_is_seen_to_be_lost(tmp_path):
 
 
 async def test_a_router_restart_is_not_the_death_of_all_modules(tmp_path):
-    router = Router("tcp/127.0.0.1:0")
-    await router.__aenter__()
-    options = BusOptions(connect=router.endpoint, realm="restart")
-    try:
-        async with processes(options, tmp_path) as running:
-            await running.central()
-            robot = await running.robot()
-            async with Module("me", options=options) as me:
-                await me.wait_for(Drive, "tca.submit", timeout=20.0)
-                handle = await me.execute(Drive(to="r-5303"))
-                await until_active(me, handle)
-                await router.__aexit__(None, None, None)
-                router = Router(options.connect)
-                await router.__aenter__()
-                await me.connected()
-                await me.wait_for(Drive, "tca.submit", timeout=20.0)
-                assert (
-                    await (
-                        await me.execute(Quick(number=1), constraints=0, wait_for_handler=5.0)
-                    ).result(timeout=10.0)
-                    == 1
-                )
-                await me.inform(Arrive())
-                place = await handle.result(timeout=20.0)
-                assert (place.pid, place.attempt) == (robot.pid, 1)
-    finally:
-        await router.__aexit__(None, None, None)
+    async with MortalRouter() as router, processes(router.options, tmp_path) as running:
+        await running.central()
+        robot = await running.robot()
+        async with Module("me", options=router.options) as me:
+            await me.wait_for(Drive, "tca.submit", timeout=20.0)
+            handle = await me.execute(Drive(to="r-5303"))
+            await until_active(me, handle)
+            await router.die()
+            await eventually(lambda: not me.is_connected)
+            await router.rise()
+            await me.connected()
+            await me.wait_for(Drive, "tca.submit", timeout=20.0)
+            quick = await me.execute(Quick(number=1), constraints=0, wait_for_handler=5.0)
+            assert await quick.result(timeout=10.0) == 1
+            await me.inform(Arrive())
+            place = await handle.result(timeout=20.0)
+            assert (place.pid, place.attempt) == (robot.pid, 1)
 
 
 async def test_central_stops_cleanly_when_told_to(tmp_path):

@@ -6,6 +6,7 @@ import asyncio
 import threading
 
 import pytest
+from mortal_router import MortalRouter
 
 from tca_bus import (
     Broadcast,
@@ -144,21 +145,22 @@ async def test_all_open_at_once(options):
 
 
 async def test_all_are_told_of_the_loss_of_the_router_and_of_its_return():
-    router = Router(FREE_PORT)
-    await router.__aenter__()
-    options = BusOptions(connect=router.endpoint, realm="shared", session="shared")
-    async with server(options) as first, Module("asker", options=options) as asker:
-        await router.__aexit__(None, None, None)
+    async with (
+        MortalRouter(session="shared") as router,
+        server(router.options) as first,
+        Module("asker", options=router.options) as asker,
+    ):
+        await router.die()
         await eventually(lambda: not first.is_connected and not asker.is_connected)
-        late = options.model_copy(update={"connect_timeout": 0.3})
+        late = router.options.model_copy(update={"connect_timeout": 0.3})
         with pytest.raises(BusGoneError):
             async with Module("late", options=late):
                 pass
-        async with Router(options.connect):
-            await asyncio.wait_for(asyncio.gather(first.connected(), asker.connected()), 10.0)
-            assert await asker.query(Ask(number=1), timeout=10.0) == 2
-            assert names(asker) == ["asker", "server"]
-            assert first.outages == asker.outages == 1
+        await router.rise()
+        await asyncio.wait_for(asyncio.gather(first.connected(), asker.connected()), 10.0)
+        assert await asker.query(Ask(number=1), timeout=10.0) == 2
+        assert names(asker) == ["asker", "server"]
+        assert first.outages == asker.outages == 1
 
 
 @pytest.mark.parametrize(

@@ -13,16 +13,15 @@ import pytest
 import zenoh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mortal_router import MortalRouter
 from pydantic import BaseModel
 
 from tca_bus import (
-    BusOptions,
     ConfigError,
     InvalidMessageError,
     Module,
     NeverSetError,
     RefusedError,
-    Router,
     Variable,
     VariableChangedError,
 )
@@ -287,18 +286,18 @@ async def test_what_was_acknowledged_survives_a_killed_central(tmp_path):
 
 @pytest.mark.bus
 async def test_what_is_set_while_the_router_is_away_reaches_the_watchers():
-    router = Router("tcp/127.0.0.1:0")
-    await router.__aenter__()
-    endpoint = router.endpoint
-    options = BusOptions(connect=endpoint, realm="test-variables")
-    async with central(options), Module("me", options=options) as me:
+    async with (
+        MortalRouter() as router,
+        central(router.options),
+        Module("me", options=router.options) as me,
+    ):
         await me.wait_for(SetVariable, timeout=5.0)
         await me.set(BATTERY, 1.0)
         async with me.watch(BATTERY) as changes:
             assert (await anext(changes)).value == 1.0
-            await router.__aexit__(None, None, None)
+            await router.die()
             await eventually(lambda: not me.is_connected)
             setting = asyncio.create_task(me.set(BATTERY, 2.0, timeout=30.0))
-            async with Router(endpoint):
-                assert (await anext(changes)).value == 2.0
-                assert await setting == 2
+            await router.rise()
+            assert (await anext(changes)).value == 2.0
+            assert await setting == 2

@@ -9,8 +9,9 @@ import math
 from contextlib import asynccontextmanager
 
 import pytest
+from mortal_router import MortalRouter
 
-from tca_bus import BusOptions, HandlerFailedError, Module, Router
+from tca_bus import HandlerFailedError, Module
 from tca_bus.testing import bus, eventually
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import (
@@ -268,16 +269,14 @@ async def test_killed_driver_stops_the_robot_until_another_comes():
 
 
 async def test_lost_router_stops_time_until_it_is_back():
-    first = Router("tcp/127.0.0.1:0")
-    await first.__aenter__()
-    options = BusOptions(connect=first.endpoint, realm="outage")
-    driver = StandIn(options, ticks=100_000)
-    async with robot(options) as state, driver.module:
-        await eventually(lambda: state.world.tick > 30)
-        await first.__aexit__(None, None, None)
-        await eventually(lambda: not driver.module.is_connected)
-        tick = state.world.tick
-        async with Router(options.connect):
+    async with MortalRouter() as router, robot(router.options) as state:
+        driver = StandIn(router.options, ticks=100_000)
+        async with driver.module:
+            await eventually(lambda: state.world.tick > 30)
+            await router.die()
+            await eventually(lambda: not driver.module.is_connected)
+            tick = state.world.tick
+            await router.rise()
             await eventually(lambda: state.world.tick > tick + 30)
             assert {sensors.tick for sensors in driver.seen} >= set(range(tick + 29))
 
