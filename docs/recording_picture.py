@@ -68,8 +68,9 @@ def record_drive(path: Path) -> None:
     navigator = Navigator(Floor(load_plan()), seed=3)
     with path.open("wb") as stream:
         tape = Tape(stream, beginning_of(state))
-        world.set_door(SHUT, is_open=False)
-        tape.note(DoorMoved(room=SHUT, open=False, time=state.now), state.now)
+        shut = world.set_door(SHUT, is_open=False)
+        moved = DoorMoved(room=SHUT, open=shut.is_open, time=state.now, door=shut.name)
+        tape.note(moved, state.now)
         navigator.step(state.sensors())
         drive = navigator.start(navigator.floor.place(GOAL), state.sensors())
         for tick in range(MOST_TICKS):

@@ -17,7 +17,7 @@ import numpy as np
 from tca_bus import TcaError
 from xavier_sim.body import BodyState, Disc, Physics, wrap
 from xavier_sim.crowd import Crowd
-from xavier_sim.floors import Doors, UnknownDoorError, build_geometry, space_at
+from xavier_sim.floors import Doors, DoorStanding, UnknownDoorError, build_geometry, space_at
 from xavier_sim.messages import FloorPlan, SpaceKind
 from xavier_sim.noise import derived_seed
 from xavier_sim.profile import STEPS_PER_TICK, XAVIER, RobotProfile
@@ -184,8 +184,8 @@ class World:
             hardest_hit=one.people_met.hardest,
         )
 
-    def doors(self) -> Mapping[str, bool]:
-        """Whether each door is open, by the room it belongs to."""
+    def doors(self) -> dict[str, bool]:
+        """Whether a door is open, by the room that it belongs to: any, if that has several."""
         return self._doors.by_room()
 
     @property
@@ -199,8 +199,13 @@ class World:
         state = self.robot.state
         return state.x, state.y, state.theta
 
-    def set_door(self, name: str, *, is_open: bool) -> tuple[str, bool]:
-        """Open or shut a door, and tell its room and how it stands now.
+    @property
+    def each_door(self) -> list[DoorStanding]:
+        """How every door stands; the same list until one moves."""
+        return self._doors.each()
+
+    def set_door(self, name: str, *, is_open: bool) -> DoorStanding:
+        """Open or shut a door, and tell how it stands now.
 
         A door does not shut on a robot: it stays open while one stands in it.
 
@@ -211,7 +216,7 @@ class World:
         if is_open or not self._is_blocked(door):
             self._doors.is_open[door] = is_open
             self._show_door(door)
-        return self._doors.room(door), self._doors.is_open[door]
+        return self._doors.standing(door)
 
     def place_robot(self, x: float, y: float, theta: float, robot: str | None = None) -> None:
         """Put a robot down somewhere else, standing still; the odometry does not notice."""

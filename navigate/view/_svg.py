@@ -108,7 +108,7 @@ class Real(Picture):
 
     def __init__(self, world: WorldView, outlook: Outlook) -> None:
         floor, self._world = Floor(world.floor), world
-        closed = {door.room for door in world.doors if not door.open}
+        closed = {door.door or door.room for door in world.doors if not door.open}
         doors = floor.doors.values()
         shut = {door.name for door in doors if closed & {door.name, *door.spaces}}
         super().__init__(floor, shut, outlook)

@@ -219,7 +219,7 @@ def test_door_does_not_shut_on_a_cart_or_person():
     world = World(PLAN, people=1)
     door = next(door for door in PLAN.doors if door.name == "d-5303").at
     stand(world, door.x, door.y)
-    assert world.set_door("r-5303", is_open=False) == ("r-5303", True)
+    assert world.set_door("r-5303", is_open=False) == ("d-5303", "r-5303", True)
 
 
 def test_robot_is_not_put_upon_a_person():

@@ -80,7 +80,9 @@ async def test_commands_of_the_robot(tmp_path):
         assert code == 0
         assert json.loads(out)["space"] == "foyer"
         code, out, _ = await run(options, "door", "R-5303", "close", "--json")
-        assert (code, json.loads(out)) == (0, {"room": "r-5303", "open": False})
+        assert code == 0
+        assert json.loads(out) == {"room": "r-5303", "open": False, "door": "d-5303"}
+        assert (await run(options, "door", "D-5303", "open"))[0] == 0
         code, _, err = await run(options, "door", "r-53003", "close")
         assert code == 2
         assert "Did you mean 'r-5303'" in err

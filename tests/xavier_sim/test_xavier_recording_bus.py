@@ -61,7 +61,7 @@ async def test_what_the_driver_saw_and_said_is_recorded(tmp_path):
         (tick, 0.1 * (tick % 3)) for tick in range(30)
     ]
     _, others = messages_of(path, DoorMoved, PlateReading)
-    assert others == [DoorMoved(room="r-5309", open=False, time=state.now), plate]
+    assert others == [DoorMoved(room="r-5309", open=False, time=state.now, door="d-5309"), plate]
 
 
 class Listener(Recorder):

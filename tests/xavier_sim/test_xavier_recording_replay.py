@@ -83,7 +83,7 @@ def test_a_tick_holds_what_happened_in_it(recording):
     assert [tick.command.tick for tick in found[:-1]] == list(range(TICKS))
     assert found[-1].command is None
     assert {tick.sensors.tick: tick.said for tick in found if tick.said} == {
-        7: [DoorMoved(room="r-5309", open=False, time=found[7].sensors.time)]
+        7: [DoorMoved(room="r-5309", open=False, time=found[7].sensors.time, door="d-5309")]
     }
     assert [tick.sensors.tick for tick in found if tick.plates] == [9]
 

@@ -148,7 +148,7 @@ def test_open_door_lets_pass_and_closed_one_does_not(world):
 
 def test_door_does_not_shut_on_the_robot(world):
     world.place_robot(6.37, 23.165, math.pi)
-    assert world.set_door("r-5303", is_open=False) == ("r-5303", True)
+    assert world.set_door("r-5303", is_open=False) == ("d-5303", "r-5303", True)
     assert world.doors()["r-5303"]
 
 

@@ -55,7 +55,7 @@ def things(state):
         yield state.sensors(), state.true_location()
         if tick == 7:
             state.world.set_door("r-5309", is_open=False)
-            yield DoorMoved(room="r-5309", open=False, time=state.now), state.now
+            yield DoorMoved(room="r-5309", open=False, time=state.now, door="d-5309"), state.now
         if tick == 9:
             yield PlateReading(text="r-5303", confidence=0.9, time=state.now), state.now
             yield Fault(fault=CameraPower(on=False)), state.now

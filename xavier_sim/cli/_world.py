@@ -32,14 +32,15 @@ async def door(
     """Open or close the door of a room.
 
     Args:
-        room: A room such as r-5303, or a door by its name.
+        room: A room such as r-5303, the first of whose doors is meant, or a door by its name.
         move: What to do with it.
         flags: Where the bus is.
     """
     async with client(flags) as module:
-        rooms = [state.room for state in await module.query(WorldDoors())]
-        if room.lower() not in rooms and not room.startswith("d-"):
-            raise _no_such_door(room, rooms)
+        states = await module.query(WorldDoors())
+        names = {name for one in states for name in (one.room, one.door) if name}
+        if room.lower() not in names:
+            raise _no_such_door(room, sorted(names))
         state = await module.query(MoveDoor(room=room.lower(), open=move == "open"))
     if state.open != (move == "open"):
         raise RefusedError(
@@ -58,7 +59,8 @@ async def doors(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
     if flags.json:
         emit_json(states)
     else:
-        show_table(["room", "door"], [(state.room, _stands(state)) for state in states])
+        rows = [(state.room, state.door or "-", _stands(state)) for state in states]
+        show_table(["room", "door", "stands"], rows)
 
 
 async def where(*, flags: BusFlags = DEFAULT_FLAGS) -> None:

@@ -1,6 +1,6 @@
 """Floors: from files, checked, as geometry, and as a survey measures them."""
 
-from xavier_sim.floors._doors import Doors, UnknownDoorError
+from xavier_sim.floors._doors import Doors, DoorStanding, UnknownDoorError
 from xavier_sim.floors._floor import DEFAULT_FLOOR, find_floor, load_floor
 from xavier_sim.floors._floor_checks import FloorError
 from xavier_sim.floors._geometry import (
@@ -19,6 +19,7 @@ from xavier_sim.floors._survey import plan_to_yaml, survey_floor
 __all__ = [
     "DEFAULT_FLOOR",
     "WALL_RADIUS",
+    "DoorStanding",
     "Doors",
     "Edge",
     "FloorError",

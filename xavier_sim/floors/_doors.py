@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from tca_bus import TcaError, near_matches, near_or_all
 from xavier_sim.floors._geometry import Floats, Geometry, segment_distances
@@ -20,6 +21,14 @@ class UnknownDoorError(TcaError, LookupError):
         super().__init__(f"there is no room or door {name!r} on this floor.{hint}")
 
 
+class DoorStanding(NamedTuple):
+    """A door by its own name, the room that it belongs to, and whether it is open."""
+
+    name: str
+    room: str
+    is_open: bool
+
+
 class Doors:
     """How each door of a floor stands; all are open to begin with."""
 
@@ -29,7 +38,7 @@ class Doors:
         self._index.update({name: i for i, name in enumerate(geometry.door_names)})
         self.is_open = [True] * len(geometry.door_names)
         self._told_of: list[bool] = []
-        self._told: Mapping[str, bool] = {}
+        self._told: list[DoorStanding] = []
 
     def find(self, name: str) -> int:
         """The number of the door of a room, or of a door by its own name.
@@ -41,16 +50,26 @@ class Doors:
             raise UnknownDoorError(name, list(self._index))
         return self._index[name]
 
-    def room(self, door: int) -> str:
-        """The room that a door belongs to."""
-        return self._geometry.door_rooms[door]
+    def standing(self, door: int) -> DoorStanding:
+        """How a door stands, by its number."""
+        geometry = self._geometry
+        return DoorStanding(
+            geometry.door_names[door], geometry.door_rooms[door], self.is_open[door]
+        )
 
-    def by_room(self) -> Mapping[str, bool]:
-        """Whether each door is open, by the room it belongs to; the same object until one moves."""
+    def each(self) -> list[DoorStanding]:
+        """How every door stands; the same list until one moves."""
         if self._told_of != self.is_open:
             self._told_of = self.is_open.copy()
-            self._told = dict(zip(self._geometry.door_rooms, self.is_open, strict=True))
+            self._told = [self.standing(door) for door in range(len(self.is_open))]
         return self._told
+
+    def by_room(self) -> dict[str, bool]:
+        """Whether a door is open, by the room that it belongs to: any, if that has several."""
+        states: dict[str, bool] = {}
+        for door in self.each():
+            states[door.room] = states.get(door.room, False) or door.is_open
+        return states
 
     def distances(self, x: float, y: float) -> Floats:
         """Metres from a point to each door."""
@@ -62,7 +81,7 @@ class Doors:
         if distances.size == 0:
             return None
         nearest = int(distances.argmin())
-        return self.room(nearest) if distances[nearest] <= within else None
+        return self._geometry.door_rooms[nearest] if distances[nearest] <= within else None
 
     def clearance(self, x: float, y: float) -> float:
         """Metres from a point to the nearest wall or shut door."""

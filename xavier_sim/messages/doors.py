@@ -8,16 +8,20 @@ from tca_bus import Broadcast, Query
 
 
 class DoorState(BaseModel):
-    """One door of the building as it stands now."""
+    """One door of the building as it stands now.
+
+    ``door`` is its own name, which tells the doors of a ``room`` apart; empty where it has none.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     room: str
     open: bool
+    door: str = ""
 
 
 class MoveDoor(Query[DoorState]):
-    """Open or close the door of a room, or a corridor door by its name.
+    """Open or close the door of a room, the first if it has several, or a door by its own name.
 
     A door does not close on the robot: the answer says how it stands. Fails with
     ``unknown_room``.
@@ -36,10 +40,14 @@ class WorldDoors(Query[list[DoorState]]):
 
 
 class DoorMoved(Broadcast):
-    """Somebody has opened or closed a door, at a simulated time in seconds since the epoch."""
+    """Somebody has opened or closed a door, at a simulated time in seconds since the epoch.
+
+    ``door`` is its own name, which tells the doors of a ``room`` apart; empty where it has none.
+    """
 
     wire_name = "xavierDoorMoved"
 
     room: str
     open: bool
     time: float
+    door: str = ""

@@ -117,7 +117,8 @@ class SimulatedPeople:
                 return True
 
     async def _rooms(self) -> list[str]:
-        return [door.room for door in await self._module.query(WorldDoors(), timeout=5.0)]
+        doors = await self._module.query(WorldDoors(), timeout=5.0)
+        return list(dict.fromkeys(door.room for door in doors))
 
     async def _on_who_is_in(self, query: WhoIsIn, _context: Context) -> Occupant:
         return await self._occupant(query.room)

@@ -100,7 +100,7 @@ class RecordedRobot:
         self._reader, self._ahead, self._goals = reader, ahead, goals
         self._now = ahead.take()
         self._looks = 0
-        self._doors = {door.room: door for door in reader.beginning.doors}
+        self._doors = {_key(door): door for door in reader.beginning.doors}
         self._battery = reader.beginning.battery
         self._outlet: Outlet | None = None
 
@@ -215,8 +215,14 @@ class RecordedRobot:
     async def _say(self) -> None:
         for message in self._now.said:
             if isinstance(message, DoorMoved):
-                self._doors[message.room] = DoorState(room=message.room, open=message.open)
+                moved = DoorState(room=message.room, open=message.open, door=message.door)
+                self._doors[_key(message)] = moved
             elif isinstance(message, Battery):
                 self._battery = message.state
             if self._outlet is not None:
                 await self._outlet.broadcast(message)
+
+
+def _key(door: DoorState | DoorMoved) -> str:
+    """What tells a door from others; older recordings have only its room."""
+    return door.door or door.room

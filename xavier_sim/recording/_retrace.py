@@ -83,8 +83,8 @@ def _world(beginning: Beginning, path: Path, rays: Rays) -> World:
 def _do(world: World, tick: Tick, make_fault: MakeFault) -> None:
     for change in tick.changes:
         match change:
-            case DoorMoved(room=room, open=is_open):
-                world.set_door(room, is_open=is_open)
+            case DoorMoved(room=room, open=is_open, door=door):
+                world.set_door(door or room, is_open=is_open)
             case Fault(fault=fault):
                 make_fault(world, fault)
     if tick.command is not None:

@@ -51,7 +51,7 @@ class Views:
     def __init__(self, beginning: Beginning) -> None:
         self.frames = Frames()
         self._geometry = build_geometry(beginning.floor)
-        self._open = {door.room: door.open for door in beginning.doors}
+        self._open = {door.door or door.room: door.open for door in beginning.doors}
         self._bump = 0
         self._standing: Sequence[Standing] = ()
 
@@ -96,8 +96,8 @@ class Views:
     def note(self, message: BaseModel, time: int) -> Iterator[View]:
         """Something else that was said or done, at a time in nanoseconds."""
         match message:
-            case DoorMoved(room=room, open=is_open):
-                self._open[room] = is_open
+            case DoorMoved(room=room, open=is_open, door=door):
+                self._open[door or room] = is_open
                 yield "/doors", self._doors(time)
                 stands = "opened" if is_open else "closed"
                 yield "/log", _log(Log.INFO, f"the door of {room} was {stands}", time)
@@ -124,9 +124,10 @@ class Views:
         yield "/belief/cells", PosesInFrame(timestamp=when, frame_id=MAP, poses=cells)
 
     def _doors(self, time: int) -> Proto:
-        rows, rooms = self._geometry.doors.tolist(), self._geometry.door_rooms
-        stands = [self._open.get(room, True) for room in rooms]
-        return draw_doors(zip(rows, stands, strict=True), time)
+        geometry, known = self._geometry, self._open
+        names = zip(geometry.door_names, geometry.door_rooms, strict=True)
+        stands = [known.get(name, known.get(room, True)) for name, room in names]
+        return draw_doors(zip(geometry.doors.tolist(), stands, strict=True), time)
 
 
 def _odometry(sensors: Sensors, time: int) -> Odometry:

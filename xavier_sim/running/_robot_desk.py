@@ -46,7 +46,7 @@ class RobotDesk:
     ) -> None:
         self._state, self._outlet, self._changed = state, outlet, changed
         self._told: BatteryState | None = None
-        self._doors = state.world.doors()
+        self._doors = state.world.each_door
         TruthDesk(state, module)
         module.serve(ShowWorld, self._on_world)
         module.serve(MoveDoor, self._on_move_door)
@@ -68,13 +68,14 @@ class RobotDesk:
 
     async def _tell_doors(self) -> None:
         """Tell of doors whoever listens here: they may have been moved from another realm."""
-        before, now = self._doors, self._state.world.doors()
+        before, now = self._doors, self._state.world.each_door
         if before is now or before == now:
             return
         self._doors = now
-        for room, is_open in now.items():
-            if before[room] != is_open:
-                moved = DoorMoved(room=room, open=is_open, time=self._state.now)
+        for old, new in zip(before, now, strict=True):
+            if old != new:
+                name, room, is_open = new
+                moved = DoorMoved(room=room, open=is_open, time=self._state.now, door=name)
                 await self._outlet.broadcast(moved)
 
     async def _on_world(self, _query: ShowWorld, _context: Context) -> WorldView:
@@ -82,12 +83,12 @@ class RobotDesk:
 
     async def _on_move_door(self, query: MoveDoor, _context: Context) -> DoorState:
         try:
-            room, is_open = self._state.world.set_door(query.room, is_open=query.open)
+            door = self._state.world.set_door(query.room, is_open=query.open)
         except UnknownDoorError as error:
             raise TaskError("unknown_room", str(error), data={"near": error.near}) from error
         self._changed()
         await self._tell_doors()
-        return DoorState(room=room, open=is_open)
+        return DoorState(room=door.room, open=door.is_open, door=door.name)
 
     async def _on_read_plate(self, _query: ReadPlate, _context: Context) -> PlateReading:
         if not self._state.robot.camera.is_on:

@@ -150,7 +150,10 @@ class RobotState:
 
     def door_states(self) -> list[DoorState]:
         """Every door as a message."""
-        return [DoorState(room=room, open=is_open) for room, is_open in self.world.doors().items()]
+        return [
+            DoorState(room=one.room, open=one.is_open, door=one.name)
+            for one in self.world.each_door
+        ]
 
     def standing(self) -> list[Standing]:
         """People, carts and other robots, as messages; always in the same order."""

@@ -126,7 +126,7 @@ class Soak:
         before = self.world.open_doors[move.door]
         if move.is_open == before:
             return False
-        return self.world.set_door(move.door, is_open=move.is_open)[1] != before
+        return self.world.set_door(move.door, is_open=move.is_open).is_open != before
 
     def _step(self) -> Sensors:
         command = self._reflex.allow(self._wheels.speed, self._wheels.turn)
