@@ -60,7 +60,7 @@ async def scene(folder: Path) -> AsyncIterator[Scene]:
         at = Scene(module, office, store)
         office.answers(WorldDoors, [DoorState(room="r-5303", open=True)])
         office.answers(Ask, Typed(answer="y", time=1.0))
-        await module.wait_for(WorldDoors, Ask, timeout=5.0)
+        await module.wait_for(WorldDoors, Ask, timeout=10.0)
         deadline = module.clock.now() + 3600.0
         await at.book.add(make_request(posted=module.clock.now(), deadline=deadline), None)
         running = asyncio.create_task(at.monitors.run())

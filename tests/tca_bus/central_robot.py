@@ -107,7 +107,7 @@ async def office():
         robot("robot", options),
         Module("me", options=options) as me,
     ):
-        await me.wait_for("quick", "tca.submit", timeout=5.0)
+        await me.wait_for("quick", "tca.submit", timeout=10.0)
         yield me
 
 

@@ -47,8 +47,8 @@ async def pair(*, data=None):
         Module("one", options=options) as one,
         Module("two", options=options) as two,
     ):
-        await one.wait_for("tca.acquire", timeout=5.0)
-        await two.wait_for("tca.acquire", timeout=5.0)
+        await one.wait_for("tca.acquire", timeout=10.0)
+        await two.wait_for("tca.acquire", timeout=10.0)
         yield one, two
 
 

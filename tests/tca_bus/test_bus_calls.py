@@ -83,7 +83,7 @@ class FakeModule:
 
 async def heard_by(asker, fake):
     """Ask in vain until the caller knows that the fake module listens to calls."""
-    await asker.wait_for(Ask, timeout=5.0)
+    await asker.wait_for(Ask, timeout=10.0)
 
     async def is_heard():
         with pytest.raises(TimedOutError):

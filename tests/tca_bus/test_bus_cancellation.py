@@ -46,7 +46,7 @@ async def test_a_query_whose_handler_ends_as_cancelled_is_handled_once_and_refus
     async with bus() as options, Module("asker", options=options) as asker:
         worker = Worker(options)
         async with worker.module:
-            await asker.wait_for(Look, timeout=5.0)
+            await asker.wait_for(Look, timeout=10.0)
             with pytest.raises(RefusedError, match="its handler was cancelled"):
                 await asker.query(Look(number=0))
             assert worker.seen == [0]
@@ -56,7 +56,7 @@ async def test_after_a_handler_that_ends_as_cancelled_the_next_message_is_handle
     async with bus() as options, Module("teller", options=options) as teller:
         worker = Worker(options)
         async with worker.module:
-            await teller.wait_for(Look, timeout=5.0)
+            await teller.wait_for(Look, timeout=10.0)
             await teller.broadcast(Tell(number=0))
             await teller.broadcast(Tell(number=1))
             await eventually(lambda: worker.seen == [0, 1])
@@ -66,7 +66,7 @@ async def test_a_task_whose_handler_ends_as_cancelled_has_failed():
     async with bus() as options, central(options), Module("boss", options=options) as boss:
         worker = Worker(options)
         async with worker.module:
-            await boss.wait_for(Toil, "tca.submit", timeout=5.0)
+            await boss.wait_for(Toil, "tca.submit", timeout=10.0)
             with pytest.raises(TaskFailedError) as caught:
-                await (await boss.execute(Toil(number=0))).result(timeout=5.0)
+                await (await boss.execute(Toil(number=0))).result(timeout=10.0)
             assert caught.value.failure.name == "refused"

@@ -256,7 +256,7 @@ async def test_mutated_messages_on_every_key_harm_nothing(caplog):
         Module("me", options=options) as me,
         me.watch(battery) as changes,
     ):
-        await me.wait_for(Ask, Quick, SubmitTask, timeout=5.0)
+        await me.wait_for(Ask, Quick, SubmitTask, timeout=10.0)
         incarnations = {m.name: m.incarnation for m in me.modules() if m.name != "me"}
         stranger = await asyncio.to_thread(zenoh.open, client_config(options))
         try:
@@ -291,7 +291,7 @@ async def test_an_outcome_of_a_node_that_is_gone_changes_nothing():
         served(options),
         Module("me", options=options) as me,
     ):
-        await me.wait_for(Quick, SubmitTask, timeout=5.0)
+        await me.wait_for(Quick, SubmitTask, timeout=10.0)
         for id in ("never", "other"):
             report = ReportOutcome(id=id, attempt=3, outcome=Outcome.SUCCESS, result=1)
             assert (await me.query(report, to="central")).id == id
@@ -311,7 +311,7 @@ async def test_a_state_with_a_wrong_shape_moves_no_handle():
         served(options),
         Module("me", options=options) as me,
     ):
-        await me.wait_for(Quick, SubmitTask, timeout=5.0)
+        await me.wait_for(Quick, SubmitTask, timeout=10.0)
         task = await me.execute(Quick(number=1))
         keys = Keys(options.realm)
         payload = Payload(b'{"id": "x"}', STATUS_ENCODING)

@@ -261,7 +261,7 @@ async def test_an_answer_that_does_not_fit_is_an_invalid_message(options, strang
         token = stranger.liveliness().declare_token(
             f"{realm}/presence/fake/{incarnation}/host/1/ask"
         )
-        await asker.wait_for(Ask, timeout=5.0)
+        await asker.wait_for(Ask, timeout=10.0)
         with pytest.raises(InvalidMessageError, match=r"ask\.reply"):
             await asker.query(Ask(number=1))
         token.undeclare()

@@ -36,7 +36,7 @@ async def test_a_thing_is_held_by_one_at_a_time():
             await eventually(lambda: waiters(one, "lift"))
             assert await holders(one, "lift") == ["one"]
         assert not lease.is_held
-        theirs = await asyncio.wait_for(later, 5.0)
+        theirs = await asyncio.wait_for(later, 10.0)
         assert await holders(one, "lift") == ["two"]
         await theirs.release()
         assert await resource(one, "lift") is None
@@ -49,7 +49,7 @@ async def test_several_things_are_taken_at_once():
         await eventually(lambda: waiters(one, "door"))
         assert await holders(one, "door") == []
         await lift.release()
-        lease = await asyncio.wait_for(both, 5.0)
+        lease = await asyncio.wait_for(both, 10.0)
         assert lease.names == ("lift", "door")
         assert await holders(one, "door") == await holders(one, "lift") == ["two"]
 
@@ -81,10 +81,10 @@ async def test_a_declared_thing_has_more_places_and_a_limit():
         await eventually(lambda: waiters(one, "chargers"))
         second = waiting(two, "chargers")
         with pytest.raises(PendingLimitError, match="more than 1 waited"):
-            await asyncio.wait_for(first, 5.0)
+            await asyncio.wait_for(first, 10.0)
         assert (await resource(one, "chargers")).dropped == 1
         await held[0].release()
-        assert (await asyncio.wait_for(second, 5.0)).is_held
+        assert (await asyncio.wait_for(second, 10.0)).is_held
         with pytest.raises(InvalidMessageError, match="capacity"):
             await one.declare("chargers", capacity=0)
 
@@ -123,9 +123,9 @@ async def test_another_asyncio_task_that_waits_is_no_ring():
             await eventually(lambda: waiters(one, "door"))
             inner = waiting(two, "lift")
             await eventually(lambda: waiters(one, "lift"))
-        assert (await asyncio.wait_for(inner, 5.0)).is_held
+        assert (await asyncio.wait_for(inner, 10.0)).is_held
         await theirs.release()
-        assert (await asyncio.wait_for(later, 5.0)).is_held
+        assert (await asyncio.wait_for(later, 10.0)).is_held
 
 
 async def test_what_is_unlocked_by_hand_ends_the_block_of_its_holder():
@@ -143,7 +143,7 @@ async def test_what_is_unlocked_by_hand_ends_the_block_of_its_holder():
         ended = await two.query(UnlockResource(name="lift"))
         assert [status.module for status in ended] == ["one"]
         with pytest.raises(LeaseLostError, match="unlocked by two"):
-            await asyncio.wait_for(riding, 5.0)
+            await asyncio.wait_for(riding, 10.0)
         assert after == []
         assert riding.cancelling() == 0
         assert await resource(one, "lift") is None
@@ -154,7 +154,7 @@ async def test_a_kept_lease_says_when_it_is_lost():
         lease = await one.acquire("lift")
         lost = asyncio.ensure_future(lease.lost())
         await two.query(UnlockResource(name="lift"))
-        assert "unlocked by two" in str(await asyncio.wait_for(lost, 5.0))
+        assert "unlocked by two" in str(await asyncio.wait_for(lost, 10.0))
         assert not lease.is_held
 
 
@@ -203,7 +203,7 @@ async def test_a_killed_handler_holds_nothing():
         process.send_signal(signal.SIGKILL)
         assert (await asyncio.wait_for(later, 10.0)).is_held
         with pytest.raises(TaskFailedError, match="module_lost"):
-            await task.result(timeout=5.0)
+            await task.result(timeout=10.0)
 
 
 async def test_holds_survive_a_restart_of_central(tmp_path):

@@ -214,7 +214,7 @@ async def test_modules_are_seen_when_they_come_and_when_they_go(options):
             return Sum(value=0)
 
         async with guest:
-            await watcher.wait_for(Add, timeout=5.0)
+            await watcher.wait_for(Add, timeout=10.0)
             came = await changes.get()
             assert (came.module.name, came.module.provides, came.appeared) == (
                 "guest",
@@ -235,7 +235,7 @@ async def test_a_handler_may_be_registered_while_the_module_is_open(options):
         async def echo(message, context):
             return message.text
 
-        await asker.wait_for(Echo, timeout=5.0)
+        await asker.wait_for(Echo, timeout=10.0)
         assert await asker.query(Echo(text="late")) == "late"
 
 
@@ -356,7 +356,7 @@ async def test_a_cancelled_module_ends_its_handlers(options):
 
     task = asyncio.create_task(serve())
     async with Module("asker", options=options) as asker:
-        await asker.wait_for(Wait, timeout=5.0)
+        await asker.wait_for(Wait, timeout=10.0)
         query = asyncio.create_task(asker.query(Wait(number=1)))
         await begun.wait()
         task.cancel()

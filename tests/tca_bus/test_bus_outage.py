@@ -88,7 +88,7 @@ async def test_a_waiting_query_survives_the_router_and_is_handled_once():
         Module("asker", options=router.options) as asker,
         asker.watch_modules() as changes,
     ):
-        await asker.wait_for(Work, timeout=5.0)
+        await asker.wait_for(Work, timeout=10.0)
         query = asyncio.create_task(asker.query(Work(number=1), timeout=30.0))
         await eventually(lambda: numbers == [1])
         await router.die()
@@ -114,7 +114,7 @@ async def test_an_answer_that_was_lost_with_the_router_is_given_again():
         worker(router.options, go, numbers),
         Module("asker", options=router.options) as asker,
     ):
-        await asker.wait_for(Work, timeout=5.0)
+        await asker.wait_for(Work, timeout=10.0)
         query = asyncio.create_task(asker.query(Work(number=1), timeout=30.0))
         await eventually(lambda: numbers == [1])
         await router.die()

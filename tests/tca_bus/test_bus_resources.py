@@ -49,7 +49,7 @@ async def test_handlers_in_one_resource_exclude_each_other():
         assert len(listed.waiters) == 2
         assert listed.waiters[0].waiting_for == "robot, which has 1 in its resource 'arm'"
         arm.open.set()
-        assert [await task.result(timeout=5.0) for task in tasks] == ["done"] * 3
+        assert [await task.result(timeout=10.0) for task in tasks] == ["done"] * 3
         assert arm.most == 1
 
 
@@ -63,7 +63,7 @@ async def test_queries_and_informs_take_their_turn_in_a_resource():
         assert not asked.done()
         assert arm.nudged == 0
         arm.open.set()
-        assert await asyncio.wait_for(asked, 5.0) == 0
+        assert await asyncio.wait_for(asked, 10.0) == 0
         await eventually(lambda: arm.nudged == 1)
 
 
@@ -74,12 +74,12 @@ async def test_of_too_many_tasks_the_oldest_fails():
         first = await two.execute(Wave())
         second = await one.execute(Wave(), constraints=0)
         with pytest.raises(TaskFailedError) as caught:
-            await first.result(timeout=5.0)
+            await first.result(timeout=10.0)
         assert caught.value.failure.name == "pending_limit"
         assert caught.value.failure.data == {"resource": "robot/arm", "limit": 1}
         assert (await resource(one, "robot/arm")).dropped == 1
         arm.open.set()
-        assert await second.result(timeout=5.0) == "done"
+        assert await second.result(timeout=10.0) == "done"
 
 
 async def test_a_lock_waits_for_handlers_and_keeps_others_out():
@@ -94,15 +94,15 @@ async def test_a_lock_waits_for_handlers_and_keeps_others_out():
         await eventually(lambda: waiters(one, "robot/arm"))
         later = await one.execute(Wave(), constraints=0)
         arm.open.set()
-        assert await running.result(timeout=5.0) == "done"
-        lock = await asyncio.wait_for(locking, 5.0)
+        assert await running.result(timeout=10.0) == "done"
+        lock = await asyncio.wait_for(locking, 10.0)
         assert lock.names == ("arm",)
         status = await resource(one, "robot/arm")
         assert [user.kind for user in status.holders] == ["lock"]
         assert status.waiters[0].waiting_for == "robot, which is held by two, who has a lock"
         assert later.status.state == "pending"
         await lock.release()
-        assert await later.result(timeout=5.0) == "done"
+        assert await later.result(timeout=10.0) == "done"
 
 
 async def test_a_reservation_passes_the_reservers_messages_only():
@@ -110,14 +110,14 @@ async def test_a_reservation_passes_the_reservers_messages_only():
         arm.open.set()
         async with one.reserve("robot/arm"):
             mine = await one.execute(Grasp())
-            assert await mine.result(timeout=5.0) == "done"
+            assert await mine.result(timeout=10.0) == "done"
             theirs = await two.execute(Grasp())
             again = await one.execute(Grasp(), constraints=0)
-            assert await again.result(timeout=5.0) == "done"
+            assert await again.result(timeout=10.0) == "done"
             assert (await two.query(FindTask(id=theirs.id))).state == "pending"
             with pytest.raises(RefusedError, match="has a reservation of it already"):
                 await one.reserve("robot/arm")
-        assert await theirs.result(timeout=5.0) == "done"
+        assert await theirs.result(timeout=10.0) == "done"
 
 
 async def test_a_lock_outlives_central_and_ends_with_its_module(tmp_path):
@@ -163,8 +163,8 @@ async def test_a_lease_kept_by_a_goal_lasts_until_all_below_it_has_ended():
         (user,) = (await resource(one, "lift")).holders
         assert user.task == trip.id
         arm.open.set()
-        await trip.result(timeout=5.0)
-        assert (await asyncio.wait_for(later, 5.0)).is_held
+        await trip.result(timeout=10.0)
+        assert (await asyncio.wait_for(later, 10.0)).is_held
 
 
 async def test_a_handler_that_awaits_one_of_itself_is_reported(caplog):

@@ -46,7 +46,7 @@ async def test_a_second_is_refused_and_never_answers():
 async def test_the_next_one_is_taken_when_the_first_has_left():
     async with bus() as options, Module("me", options=options) as me:
         async with robot(options) as first:
-            await me.wait_for(Who, timeout=5.0)
+            await me.wait_for(Who, timeout=10.0)
             entering = asyncio.create_task(keep(robot(options)))
         await eventually(lambda: len(robots(me)) == 1 and robots(me) != [first.incarnation])
         assert [await me.query(Who())] == robots(me)

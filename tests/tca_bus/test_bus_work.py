@@ -95,7 +95,7 @@ async def shop(capacity=1):
     async with bus() as options:
         desk, worker = Desk(options), Worker(options, capacity)
         async with desk.module, worker.module:
-            await desk.module.wait_for(Toil, timeout=5.0)
+            await desk.module.wait_for(Toil, timeout=10.0)
             yield desk, worker
 
 
@@ -225,7 +225,7 @@ async def stubborn_shop():
     async with bus() as options:
         desk, worker = Desk(options), Stubborn(options, capacity=2)
         async with desk.module, worker.module:
-            await desk.module.wait_for(Toil, timeout=5.0)
+            await desk.module.wait_for(Toil, timeout=10.0)
             await desk.hand(0)
             await eventually(lambda: worker.begun)
             yield desk, worker
@@ -268,7 +268,7 @@ async def test_a_newer_attempt_does_not_wait_without_end(monkeypatch):
 
 async def test_only_central_gives_and_stops_tasks():
     async with shop() as (desk, worker), Module("evil", options=desk.module.options) as evil:
-        await evil.wait_for(Toil, timeout=5.0)
+        await evil.wait_for(Toil, timeout=10.0)
         fields = {"name": "toil", "task_class": "command", "data": {"number": 0}}
         with pytest.raises(RefusedError, match="only 'central' may order it"):
             await evil.query(HandleTask(id="t-1", attempt=1, sender="x", **fields), to="worker")
@@ -340,7 +340,7 @@ async def test_outcomes_wait_for_a_central_that_is_started_again():
         worker, first = Worker(options), Desk(options)
         async with worker.module:
             async with first.module:
-                await first.module.wait_for(Toil, timeout=5.0)
+                await first.module.wait_for(Toil, timeout=10.0)
                 await first.hand(0)
                 await eventually(lambda: worker.begun)
             worker.go.set()
@@ -360,7 +360,7 @@ async def test_a_result_of_the_wrong_type_is_a_failure():
             return "many"
 
         async with desk.module, module:
-            await desk.module.wait_for(Toil, timeout=5.0)
+            await desk.module.wait_for(Toil, timeout=10.0)
             await desk.hand(1)
             await eventually(lambda: desk.reports)
             failure = desk.reports[0].failure
@@ -380,7 +380,7 @@ async def test_failures_of_children_that_the_handler_saw_are_named():
             raise TaskFailedError("child", Failure(name="bump", text="contact"))
 
         async with desk.module, module:
-            await desk.module.wait_for(Plan, timeout=5.0)
+            await desk.module.wait_for(Plan, timeout=10.0)
             await desk.hand(1, name="plan", task_class="goal", data={})
             await eventually(lambda: desk.reports)
             report = desk.reports[0]
@@ -395,7 +395,7 @@ async def test_a_module_that_closes_reports_nothing():
         desk, worker = Desk(options), Worker(options)
         async with desk.module:
             async with worker.module:
-                await desk.module.wait_for(Toil, timeout=5.0)
+                await desk.module.wait_for(Toil, timeout=10.0)
                 await desk.hand(0)
                 await eventually(lambda: worker.begun)
             assert worker.running == 0

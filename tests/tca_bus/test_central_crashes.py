@@ -128,7 +128,7 @@ async def test_central_goes_on_after_it_was_killed(tmp_path):
         await me.wait_for(FindTask, ReadLog, timeout=10.0)
         assert (await me.query(FindTask(id="before"))).result == 5
         again = await me.execute(Quick(number=5), id="before")
-        assert await again.result(timeout=5.0) == 5
+        assert await again.result(timeout=10.0) == 5
         log = await me.query(ReadLog(task=handle.id))
         assert [line.event for line in log].count("submitted") == 1
 

@@ -40,7 +40,7 @@ async def test_a_module_that_was_taken_for_lost_stops_what_it_was_relieved_of():
         robot("robot", options) as module,
         Module("me", options=options) as me,
     ):
-        await me.wait_for(Drive, "tca.submit", timeout=5.0)
+        await me.wait_for(Drive, "tca.submit", timeout=10.0)
         handle = await me.execute(Drive(to="r-5303"))
         await eventually(module._parts.worker.handling)
         module._parts._token.undeclare()
@@ -73,7 +73,7 @@ async def test_a_module_is_asked_again_until_it_introduces_itself(monkeypatch):
         async def run(message, context):
             await asyncio.Event().wait()
 
-        await me.wait_for(Slow, timeout=5.0)
+        await me.wait_for(Slow, timeout=10.0)
         handles = [
             await me.execute(Slow(), constraints=Constraint.NONE, wait_for_handler=5.0)
             for _ in range(2)
@@ -123,7 +123,7 @@ async def serve_with_a_full_disk(options, me, monkeypatch):
         raise JournalError("central.db", "the disk is full")
 
     async with central(options):
-        await me.wait_for("quick", "tca.submit", timeout=5.0)
+        await me.wait_for("quick", "tca.submit", timeout=10.0)
         monkeypatch.setattr("tca_bus._journal.Journal.write", refuse)
         me.start(expect_no_acknowledgement(me), name="sending")
         await asyncio.Event().wait()

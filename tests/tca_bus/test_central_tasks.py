@@ -58,7 +58,7 @@ async def state_of(me, id):
 async def test_a_command_gives_its_result():
     async with office() as me:
         handle = await me.execute(Quick(number=7))
-        assert await handle.result(timeout=5.0) == 7
+        assert await handle.result(timeout=10.0) == 7
         assert handle.status.state is TaskState.ACHIEVED
 
 
@@ -66,7 +66,7 @@ async def test_a_failure_arrives_whole():
     async with office() as me:
         handle = await me.execute(Quick(number=-1))
         with pytest.raises(TaskFailedError, match="-1 is below zero") as caught:
-            await handle.result(timeout=5.0)
+            await handle.result(timeout=10.0)
         failure = caught.value.failure
         assert (failure.name, failure.data) == ("negative", {"by": 1})
         assert (failure.module, failure.node) == ("robot", handle.id)
@@ -83,10 +83,10 @@ async def test_a_failure_deep_below_reaches_the_sender_with_its_causes():
                 await context.execute(Quick(number=message.number))
             return message.links
 
-        await me.wait_for(Chain, timeout=5.0)
-        assert await (await me.expand(Chain(links=3, number=1))).result(timeout=5.0) == 3
+        await me.wait_for(Chain, timeout=10.0)
+        assert await (await me.expand(Chain(links=3, number=1))).result(timeout=10.0) == 3
         with pytest.raises(TaskFailedError) as caught:
-            await (await me.expand(Chain(links=2, number=-1))).result(timeout=5.0)
+            await (await me.expand(Chain(links=2, number=-1))).result(timeout=10.0)
         names = [link.name for link in caught.value.failure.chain()]
         assert names == ["child_failed", "child_failed", "child_failed", "negative"]
 
@@ -94,9 +94,9 @@ async def test_a_failure_deep_below_reaches_the_sender_with_its_causes():
 async def test_the_same_id_is_the_same_task_also_when_it_ended():
     async with office() as me:
         first = await me.execute(Quick(number=1), id="same")
-        assert await first.result(timeout=5.0) == 1
+        assert await first.result(timeout=10.0) == 1
         again = await me.execute(Quick(number=1), id="same")
-        assert await again.result(timeout=5.0) == 1
+        assert await again.result(timeout=10.0) == 1
         log = await me.query(ReadLog(task="same"))
         assert [line.event for line in log].count("submitted") == 1
         with pytest.raises(RefusedError, match="other values of number"):
@@ -115,7 +115,7 @@ async def test_a_kill_stops_the_handler_and_what_is_below():
         await eventually(two_below)
         await handle.kill("changed my mind")
         with pytest.raises(KilledError, match="changed my mind"):
-            await handle.result(timeout=5.0)
+            await handle.result(timeout=10.0)
         ended = await me.query(ListTasks(id=handle.id))
         assert {status.state for status in ended[1:]} == {TaskState.KILLED}
         assert await me.query(ListTasks()) == []
@@ -128,7 +128,7 @@ async def test_a_kill_that_overtakes_its_task_is_remembered():
         assert caught.value.failure.name == "unknown_task"
         handle = await me.execute(Quick(number=1), id="early")
         with pytest.raises(KilledError):
-            await handle.result(timeout=5.0)
+            await handle.result(timeout=10.0)
 
 
 async def test_what_nobody_handles_is_refused_with_near_names():
@@ -143,7 +143,7 @@ async def test_a_task_waits_for_a_handler_for_as_long_as_it_may():
     async with office() as me:
         short = await me.execute(Slow(), wait_for_handler=0.1)
         with pytest.raises(TaskFailedError) as caught:
-            await short.result(timeout=5.0)
+            await short.result(timeout=10.0)
         assert caught.value.failure.name == "no_handler"
         long = await me.execute(Slow(), wait_for_handler=30.0)
         assert (await me.query(FindTask(id=long.id))).waiting_for == "a module that handles 'slow'"
@@ -164,9 +164,9 @@ async def test_commands_of_one_sender_run_in_order_and_the_next_says_what_it_wai
         assert status.state is TaskState.INACTIVE
         assert status.waiting_for == f"drive {first.id} to be achieved"
         free = await me.execute(Quick(number=3), constraints=Constraint.NONE)
-        assert await free.result(timeout=5.0) == 3
+        assert await free.result(timeout=10.0) == 3
         await first.kill("make way")
-        assert await second.result(timeout=5.0) == 2
+        assert await second.result(timeout=10.0) == 2
 
 
 async def test_several_modules_share_the_work():
@@ -195,7 +195,7 @@ async def test_a_module_handles_as_many_at_once_as_it_says():
         async def run(message, context):
             await asyncio.Event().wait()
 
-        await me.wait_for(Slow, timeout=5.0)
+        await me.wait_for(Slow, timeout=10.0)
         handles = [await me.execute(Slow(), constraints=Constraint.NONE) for _ in range(4)]
 
         async def three_run():
@@ -209,7 +209,7 @@ async def test_data_that_do_not_fit_fail_the_task():
     async with office() as me:
         handle = await me.submit_json("quick", {"number": "x"}, task_class="command")
         with pytest.raises(TaskFailedError, match="number") as caught:
-            await handle.result(timeout=5.0)
+            await handle.result(timeout=10.0)
         assert caught.value.failure.name == "invalid_message"
 
 
@@ -245,7 +245,7 @@ async def test_a_plain_zenoh_client_sees_the_tasks():
 
     async with office() as me:
         done = await me.execute(Quick(number=1))
-        await done.result(timeout=5.0)
+        await done.result(timeout=10.0)
         drive = await me.execute(Drive(to="r-5303"))
         prefix = f"{me.options.realm}/task"
         seen = await asyncio.to_thread(look, me.options.connect, f"{prefix}/**")
@@ -274,7 +274,7 @@ async def test_a_second_central_is_refused():
         with pytest.raises(RefusedError, match="is central there"):
             async with central(me.options):
                 pass
-        assert await (await me.execute(Quick(number=1))).result(timeout=5.0) == 1
+        assert await (await me.execute(Quick(number=1))).result(timeout=10.0) == 1
 
 
 async def test_a_parent_that_saw_a_failure_goes_on():
@@ -284,14 +284,14 @@ async def test_a_parent_that_saw_a_failure_goes_on():
         async def expand(message, context):
             child = await context.execute(Quick(number=-1))
             try:
-                await child.result(timeout=5.0)
+                await child.result(timeout=10.0)
             except TaskFailedError:
                 return 1
             raise TaskError("surprise", "it should have failed")
 
-        await me.wait_for(Chain, timeout=5.0)
+        await me.wait_for(Chain, timeout=10.0)
         handle = await me.expand(Chain(links=0, number=0))
-        assert await handle.result(timeout=5.0) == 1
+        assert await handle.result(timeout=10.0) == 1
 
 
 async def test_what_ended_below_a_living_task_is_listed_with_it():
@@ -303,7 +303,7 @@ async def test_what_ended_below_a_living_task_is_listed_with_it():
             await (await context.execute(Quick(number=1), id="first")).result()
             await release.wait()
 
-        await me.wait_for(Tour, timeout=5.0)
+        await me.wait_for(Tour, timeout=10.0)
         handle = await me.expand(Tour(), id="tour")
 
         async def listed(**question):
@@ -317,4 +317,4 @@ async def test_what_ended_below_a_living_task_is_listed_with_it():
         assert await listed(ended=True) == both
         assert await listed() == both[:1]
         release.set()
-        await handle.result(timeout=5.0)
+        await handle.result(timeout=10.0)

@@ -123,7 +123,7 @@ async def test_a_handler_that_never_returns_fills_its_own_places_only(monkeypatc
         server.serve(Block, never)
         server.serve(Ask, answer)
         async with Module("me", options=options) as me:
-            await me.wait_for(Block, Ask, timeout=5.0)
+            await me.wait_for(Block, Ask, timeout=10.0)
             waiting = [asyncio.create_task(me.query(Block(seconds=n))) for n in range(3)]
             await eventually(lambda: len(stuck) == 3)
             for _ in range(5):

@@ -201,7 +201,7 @@ async def test_one_that_comes_later_takes_from_the_same_queue():
         slow, late = Server("a", options), Server("b", options)
         late.go.set()
         async with slow.module:
-            await asker.wait_for(Plan, timeout=5.0)
+            await asker.wait_for(Plan, timeout=10.0)
             plans = await asked(asker, 4)
             await eventually(lambda: slow.running == 1)
             async with late.module:
@@ -243,7 +243,7 @@ async def test_a_caller_that_gives_up_or_dies_leaves_the_line():
             await eventually(lambda: waiting(turns) == 0)
             other = Module("other", options=options)
             await other.__aenter__()
-            await other.wait_for(Plan, timeout=5.0)
+            await other.wait_for(Plan, timeout=10.0)
             asking = asyncio.create_task(other.query(Plan(number=3)))
             await eventually(lambda: waiting(turns) == 1)
             await other._parts.core.session.close()
@@ -334,7 +334,7 @@ async def test_when_nobody_answers_the_end_says_why():
         slow = Surveyed("a", options)
         broken = Surveyed("b", options, error=TaskError("broken", "no answer from here"))
         async with slow.module:
-            await asker.wait_for(Survey, timeout=5.0)
+            await asker.wait_for(Survey, timeout=10.0)
             with pytest.raises(TimedOutError, match="to all of a"):
                 await anext(asker.query_all(Survey(), timeout=0.1))
         async with broken.module:

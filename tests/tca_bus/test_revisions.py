@@ -191,7 +191,7 @@ async def test_old_senders_and_a_new_module_understand_each_other():
             return Pose(x=1, y=len(message.room), heading=3)
 
         async with module:
-            await old.wait_for("where", "go", "tca.submit", timeout=5.0)
+            await old.wait_for("where", "go", "tca.submit", timeout=10.0)
             assert await old.query(OldWhere()) == OldPose(x=7, y=2)
             task = await old.execute(OldGo(to="lab"))
             assert await task.result(timeout=10.0) == OldPose(x=1, y=3)
@@ -209,7 +209,7 @@ async def test_a_task_of_a_revision_that_is_not_understood_fails_with_both():
             return OldPose(x=1, y=2)
 
         async with module:
-            await new.wait_for("go", "tca.submit", timeout=5.0)
+            await new.wait_for("go", "tca.submit", timeout=10.0)
             with pytest.raises(TaskFailedError, match="revision: expected 1, got 2"):
                 await (await new.execute(Go(room="lab"))).result(timeout=10.0)
 

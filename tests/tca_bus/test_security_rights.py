@@ -102,7 +102,7 @@ class Server:
         return "planned"
 
 
-async def refused(awaitable, *words):
+async def assert_refused(awaitable, *words):
     with pytest.raises(RefusedError) as caught:
         await awaitable
     for word in words:
@@ -126,9 +126,11 @@ async def test_send_query_without_the_right(office):
     async with office.module("server") as module, office.module("nobody") as nobody:
         server = Server(module)
         await nobody.wait_for(Add, timeout=10)
-        await refused(nobody.query(Add(a=1, b=2)), "nobody", "send 'add'", "nothing of that kind")
-        await refused(nobody.query_json("add", {"a": 1, "b": 2}), "send 'add'")
-        await refused(anext(nobody.query_all(Survey())), "send 'survey'")
+        await assert_refused(
+            nobody.query(Add(a=1, b=2)), "nobody", "send 'add'", "nothing of that kind"
+        )
+        await assert_refused(nobody.query_json("add", {"a": 1, "b": 2}), "send 'add'")
+        await assert_refused(anext(nobody.query_all(Survey())), "send 'survey'")
         assert server.seen == []
 
 
@@ -136,8 +138,8 @@ async def test_send_inform_and_broadcast_without_the_right(office):
     async with office.module("server") as module, office.module("nobody") as nobody:
         server = Server(module)
         await nobody.wait_for(Note, timeout=10)
-        await refused(nobody.inform(Note()), "send 'note'")
-        await refused(nobody.broadcast(Scan()), "send 'scan'")
+        await assert_refused(nobody.inform(Note()), "send 'note'")
+        await assert_refused(nobody.broadcast(Scan()), "send 'scan'")
         assert server.seen == []
 
 
@@ -254,7 +256,7 @@ async def test_listening_to_one_sender_is_to_hear_no_other(office):
 async def test_only_who_may_makes_the_time(office):
     async with office.module("robot") as robot, office.module("tca") as tca:
         await robot.broadcast(SimulatedTime(time=1.0, speed=None))
-        await refused(tca.broadcast(SimulatedTime(time=2.0, speed=None)), "tca.simTime")
+        await assert_refused(tca.broadcast(SimulatedTime(time=2.0, speed=None)), "tca.simTime")
 
 
 async def test_the_router_lets_a_careless_module_make_no_time(office):
@@ -275,19 +277,21 @@ async def test_send_goal_and_command_without_the_right(keys):
     async with with_central(keys, POLICY) as (office, _), office.module("server") as module:
         Server(module)
         async with office.module("nobody") as nobody:
-            await refused(nobody.execute(Drive(), wait_for_handler=5), "send 'drive'")
-            await refused(nobody.expand(Plan(), wait_for_handler=5), "send 'plan'")
+            await assert_refused(nobody.execute(Drive(), wait_for_handler=5), "send 'drive'")
+            await assert_refused(nobody.expand(Plan(), wait_for_handler=5), "send 'plan'")
 
 
 async def test_central_stops_the_tasks_of_a_careless_module(keys):
     async with with_central(keys, POLICY) as (office, central), office.module("server") as module:
         Server(module)
         async with careless(office.module("nobody")) as nobody:
-            await refused(nobody.execute(Drive(), wait_for_handler=5), "send 'drive'", "nobody")
+            await assert_refused(
+                nobody.execute(Drive(), wait_for_handler=5), "send 'drive'", "nobody"
+            )
             forged = SubmitTask(
                 id="nobody-1", name="drive", task_class="command", data={}, sender="asker"
             )
-            await refused(nobody.query(forged, to="central"), "comes from 'nobody'")
+            await assert_refused(nobody.query(forged, to="central"), "comes from 'nobody'")
             assert len(central.tree) == 0
 
 
@@ -305,7 +309,7 @@ async def test_a_child_needs_a_hand_in_its_parent(keys):
                 sender="tca",
                 parent=parent.id,
             )
-            await refused(tca.query(child, to="central"), "edit 'drive' of 'asker'")
+            await assert_refused(tca.query(child, to="central"), "edit 'drive' of 'asker'")
             server.release.set()
             assert await parent.result(timeout=10) == "here"
 
@@ -332,10 +336,12 @@ async def test_kill_without_the_right(keys):
         Server(module)
         async with office.module("asker") as asker, office.module("nobody") as nobody:
             task = await asker.execute(Drive(), wait_for_handler=5)
-            await refused(nobody.kill(task.id, reason="x"), "kill 'drive' of 'asker'", "nobody")
-            await refused(nobody.kill("asker-unknown", reason="x"), "kill")
+            await assert_refused(
+                nobody.kill(task.id, reason="x"), "kill 'drive' of 'asker'", "nobody"
+            )
+            await assert_refused(nobody.kill("asker-unknown", reason="x"), "kill")
             kill = KillTask(id=task.id)
-            await refused(careless(nobody).query(kill, to="central"), "kill 'drive'")
+            await assert_refused(careless(nobody).query(kill, to="central"), "kill 'drive'")
             assert not (await asker.query(FindTask(id=task.id), to="central")).is_ended
             async with office.module("robot") as robot:
                 await robot.kill(task.id, reason="it may")
@@ -362,9 +368,9 @@ async def test_watch_without_the_right(keys):
                 async with nobody.watch_statuses():
                     pass
             task = await asker.execute(Drive(), wait_for_handler=5)
-            await refused(nobody.query(FindTask(id=task.id), to="central"), "watch 'asker'")
-            await refused(nobody.query(ReadLog(), to="central"), "watch the tasks of all")
-            await refused(nobody.query(ReadLog(task=task.id), to="central"), "watch 'asker'")
+            await assert_refused(nobody.query(FindTask(id=task.id), to="central"), "watch 'asker'")
+            await assert_refused(nobody.query(ReadLog(), to="central"), "watch the tasks of all")
+            await assert_refused(nobody.query(ReadLog(task=task.id), to="central"), "watch 'asker'")
             assert await nobody.query(ListTasks(), to="central") == []
             assert len(await asker.query(ListTasks(), to="central")) == 1
             assert (await module.query(FindTask(id=task.id), to="central")).id == task.id
@@ -407,7 +413,9 @@ async def test_only_central_gives_out_tasks(keys):
             id="tca-1", attempt=1, name="drive", task_class="command", data={}, sender="asker"
         )
         async with office.module("tca") as tca:
-            await refused(tca.query(order, to="server"), "only central may send 'tca.handle'")
+            await assert_refused(
+                tca.query(order, to="server"), "only central may send 'tca.handle'"
+            )
         async with careless(office.module("tca")) as tca:
             with pytest.raises(PeerLostError):
                 await tca.query(order, to="server", timeout=5)
@@ -422,7 +430,7 @@ async def test_only_the_handler_reports_an_outcome(keys):
             forged = ReportOutcome(
                 id=task.id, attempt=task.status.attempt, outcome="success", result="forged"
             )
-            await refused(tca.query(forged, to="central"), "'server' handles it")
+            await assert_refused(tca.query(forged, to="central"), "'server' handles it")
             server.release.set()
             assert await task.result(timeout=10) == "here"
 
@@ -453,9 +461,9 @@ async def test_central_knows_who_asks_for_what(keys, right):
             await robot.query(Ask(right=right, name=name, owner=owner), to="central")
             for whose in ("asker", "nobody"):
                 ask = Ask(right=right, name="bad", owner=whose)
-                await refused(robot.query(ask, to="central"), right.value, "bad")
+                await assert_refused(robot.query(ask, to="central"), right.value, "bad")
             ask = Ask(right=right, name=name.replace("asker", "robot"), owner="robot")
-            await refused(asker.query(ask, to="central"), right.value, "'asker'")
+            await assert_refused(asker.query(ask, to="central"), right.value, "'asker'")
 
 
 async def test_a_failure_in_a_child_that_was_refused_is_the_parents(keys):

@@ -66,7 +66,7 @@ async def task_of_asker(keys):
         yield office, central, asker, task
 
 
-async def refused(module, question, *words):
+async def assert_refused(module, question, *words):
     with pytest.raises(RefusedError) as caught:
         await module.query(question, to="central")
     for word in words:
@@ -97,8 +97,8 @@ async def test_without_the_right_it_is_refused(keys, right):
         async with office.module("nobody") as nobody, office.module("sender") as sender:
             for question in questions(task.id)[right]:
                 if right != "tap" and not isinstance(question, Attach):
-                    await refused(nobody, question, f"to {right} 'drive'", "'nobody'")
-                await refused(sender, question, f"to {right} 'drive'", "'sender'")
+                    await assert_refused(nobody, question, f"to {right} 'drive'", "'nobody'")
+                await assert_refused(sender, question, f"to {right} 'drive'", "'sender'")
         assert central.tree.status(task.id) == before
         assert central.tree.attachments() == []
 
@@ -156,10 +156,10 @@ async def test_what_central_sends_for_a_module_gives_it_no_right_to_send(keys):
                 CATCH.model_copy(update={"handler": "drive"}),
                 CLEAN_UP.model_copy(update={"sending": drive}),
             ):
-                await refused(guard, Attach(to_task=task.id, what=what), "send 'drive'")
+                await assert_refused(guard, Attach(to_task=task.id, what=what), "send 'drive'")
         forbidden = CLEAN_UP.model_copy(update={"sending": Sending(name="x", task_class="goal")})
         forged = submission("asker", attachments=(forbidden,))
-        await refused(asker, forged, "send 'x'")
+        await assert_refused(asker, forged, "send 'x'")
 
 
 def submission(sender, **fields):
@@ -170,7 +170,9 @@ def submission(sender, **fields):
 async def test_a_task_brings_no_constraint_on_the_tasks_of_others(keys):
     async with task_of_asker(keys) as (office, _, _, task), office.module("sender") as sender:
         held = TaskRef("sender-1").achieving.end <= TaskRef(task.id).achieving.start
-        await refused(sender, submission("sender", orders=(held,)), "edit 'drive' of 'asker'")
+        await assert_refused(
+            sender, submission("sender", orders=(held,)), "edit 'drive' of 'asker'"
+        )
         after = TaskRef(task.id).achieving.end <= TaskRef("sender-1").achieving.start
         await sender.query(
             submission("sender", orders=(after,), wait_for_handler=60.0), to="central"
@@ -180,8 +182,10 @@ async def test_a_task_brings_no_constraint_on_the_tasks_of_others(keys):
 async def test_a_place_in_the_tree_of_another_is_refused(keys):
     async with task_of_asker(keys) as (office, _, _, task), office.module("sender") as sender:
         place = {"id": "sender-2", "name": "drive", "task_class": "command", "sender": "sender"}
-        await refused(sender, PrepareTask(**place, parent=task.id), "edit 'drive' of 'asker'")
-        await refused(sender, PrepareTask(**(place | {"name": "x"})), "send 'x'")
+        await assert_refused(
+            sender, PrepareTask(**place, parent=task.id), "edit 'drive' of 'asker'"
+        )
+        await assert_refused(sender, PrepareTask(**(place | {"name": "x"})), "send 'x'")
         await sender.query(PrepareTask(**place), to="central")
 
 
@@ -194,10 +198,10 @@ async def test_monitor_without_the_right(keys):
             "wait_for_handler": 60.0,
         }
         async with office.module("sender") as sender, office.module("guard") as guard:
-            await refused(sender, submission("sender", **monitor), "to monitor 'look'")
+            await assert_refused(sender, submission("sender", **monitor), "to monitor 'look'")
             drive = Sending(name="drive", task_class="command")
             other = monitor | {"monitor": MonitorSpec(kind="point", action=drive)}
-            await refused(guard, submission("guard", **other), "send 'drive'")
+            await assert_refused(guard, submission("guard", **other), "send 'drive'")
             await guard.query(submission("guard", **monitor), to="central")
 
 
@@ -205,7 +209,7 @@ async def test_only_who_attached_it_or_may_edit_detaches_it(keys):
     async with task_of_asker(keys) as (office, central, asker, task):
         await asker.query(Attach(to_task=task.id, what=TAP), to="central")
         async with office.module("sender") as sender:
-            await refused(sender, Detach(id="tap"), "to edit 'drive'")
+            await assert_refused(sender, Detach(id="tap"), "to edit 'drive'")
         assert len(central.tree.attachments()) == 1
         assert await asker.query(Detach(id="tap"), to="central")
 
@@ -215,7 +219,7 @@ async def test_what_may_not_be_watched_is_not_shown_by_a_walk(keys):
         await asker.query(Attach(to_task=task.id, what=TAP), to="central")
         walk = FindRelative(id=task.id, relation=Relation.TOP_LEVEL)
         async with office.module("sender") as sender, office.module("guard") as guard:
-            await refused(sender, walk, "watch 'asker'")
+            await assert_refused(sender, walk, "watch 'asker'")
             assert await sender.query(ListAttachments(), to="central") == []
             assert (await guard.query(walk, to="central")).id == task.id
             assert len(await guard.query(ListAttachments(), to="central")) == 1

@@ -119,7 +119,7 @@ async def test_a_question_under_way_to_one_that_leaves_fails_at_once(options):
 
     async with Module("asker", options=options) as asker:
         async with leaving:
-            await asker.wait_for(Ask, timeout=5.0)
+            await asker.wait_for(Ask, timeout=10.0)
             question = asyncio.create_task(asker.query(Ask(number=1), timeout=30.0))
             await asked.wait()
         with pytest.raises(PeerLostError):

@@ -76,7 +76,7 @@ async def office():
         robot("robot", options) as driven,
         Module("me", options=options) as me,
     ):
-        await me.wait_for(Drive, "tca.submit", timeout=5.0)
+        await me.wait_for(Drive, "tca.submit", timeout=10.0)
         here = Office(options, me, driven)
         try:
             yield here
@@ -261,7 +261,7 @@ async def test_changes_of_the_tree_are_watched():
 
 async def test_doctor_and_status_say_what_of_the_office_is_missing():
     async with bus() as options, central(options), Module("me", options=options) as me:
-        await me.wait_for("tca.submit", timeout=5.0)
+        await me.wait_for("tca.submit", timeout=10.0)
         here = Office(options, me)
         status, doctor = await asyncio.gather(here.tca("status", "--json"), here.tca("doctor"))
         assert status.code == 1

@@ -48,7 +48,7 @@ async def test_a_lock_by_hand_lasts_until_it_is_unlocked_by_hand():
         assert task.status.waiting_for.endswith("who has a lock")
         unlocked = await here.tca("unlock", "robot/quick")
         assert "the lock of robot/quick by tca-" in unlocked.out
-        assert await task.result(timeout=5.0) == 3
+        assert await task.result(timeout=10.0) == 3
         assert "nobody holds" in (await here.tca("unlock", "robot/quick")).err
 
 
@@ -58,7 +58,7 @@ async def test_a_reservation_by_hand_is_for_one_module():
         reserved = await here.tca("reserve", "robot/quick", "--for", "me", "--json")
         assert (reserved.json["kind"], reserved.json["passes"]) == ("reservation", "me")
         task = await here.me.execute(Quick(number=3))
-        assert await task.result(timeout=5.0) == 3
+        assert await task.result(timeout=10.0) == 3
         refused = await here.tca("command", "quick", '{"number": 1}', "--timeout", "1")
         assert refused.code == 4
 

@@ -69,7 +69,7 @@ async def test_one_way_messages_are_remembered_with_their_sender():
         Module("me", options=options) as me,
     ):
         robot.hears(Tell, Shout)
-        await me.wait_for(Tell, timeout=5.0)
+        await me.wait_for(Tell, timeout=10.0)
         await me.inform(Tell(number=1))
         await me.inform(Tell(number=2))
         assert await robot.receives(Tell, 2) == [Tell(number=1), Tell(number=2)]
@@ -88,7 +88,7 @@ async def test_what_is_held_waits_until_it_is_let_go():
         hold = robot.holds(Do)
         with pytest.raises(AssertionError, match="no message came"):
             await hold.reached(timeout=0.05)
-        await me.wait_for(Do, "tca.submit", timeout=5.0)
+        await me.wait_for(Do, "tca.submit", timeout=10.0)
         task = await me.execute(Do())
         await hold.reached()
         hold.fail(TaskError("blocked", "the door is shut"))

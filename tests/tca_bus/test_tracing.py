@@ -230,7 +230,7 @@ async def test_a_tree_of_tasks_is_a_tree_of_spans_with_those_of_handlers_below(t
             trip_module(options, TracerProvider(shutdown_on_exit=False), seen),
             Module("me", options=options) as me,
         ):
-            await me.wait_for(Trip, Note, "tca.submit", timeout=5.0)
+            await me.wait_for(Trip, Note, "tca.submit", timeout=10.0)
             handle = await me.expand(Trip(), id="top")
             assert await handle.result(timeout=10.0) == "there"
             await eventually(lambda: len(collected.spans()) == 3)
@@ -254,7 +254,7 @@ async def test_a_tree_of_tasks_is_a_tree_of_spans_with_those_of_handlers_below(t
             trip_module(options, TracerProvider(shutdown_on_exit=False), seen),
             Module("me", options=options) as me,
         ):
-            await me.wait_for(Step, "tca.submit", timeout=5.0)
+            await me.wait_for(Step, "tca.submit", timeout=10.0)
             again = await me.expand(Trip(), id="top")
             assert await again.result(timeout=10.0) == "there"
             await (await me.execute(Step(), id="c")).result(timeout=10.0)
@@ -283,7 +283,7 @@ async def test_a_central_that_is_started_again_exports_no_span_twice(tmp_path):
 
         async with module, Module("me", options=options) as me:
             async with started():
-                await me.wait_for(Trip, "tca.submit", timeout=5.0)
+                await me.wait_for(Trip, "tca.submit", timeout=10.0)
                 handle = await me.expand(Trip(), id="top")
                 await eventually(lambda: "a" in collected.spans())
             async with started():
@@ -303,7 +303,7 @@ async def test_a_top_level_task_is_below_the_span_that_it_was_sent_from():
         trip_module(options, provider, seen),
         Module("me", options=options) as me,
     ):
-        await me.wait_for(Step, "tca.submit", timeout=5.0)
+        await me.wait_for(Step, "tca.submit", timeout=10.0)
         with provider.get_tracer("me").start_as_current_span("request") as request:
             await (await me.execute(Step(), id="c")).result(timeout=10.0)
         await eventually(lambda: "c" in collected.spans())

@@ -23,7 +23,7 @@ async def test_a_postponed_answer_ends_the_task_when_it_comes(user: Module, robo
         asked.append(ctx.id)
 
     robot.module.serve(Ask, ask, capacity=2)
-    await user.wait_for(Ask, timeout=5.0)
+    await user.wait_for(Ask, timeout=10.0)
     task = await user.execute(Ask())
     await eventually(lambda: asked)
     assert not task.status.is_ended
@@ -53,7 +53,7 @@ async def postponed(user: Module, robot: Robot) -> asyncio.Queue[str]:
         asked.put_nowait(ctx.id)
 
     robot.module.serve(Later, later)
-    await user.wait_for(Later, timeout=5.0)
+    await user.wait_for(Later, timeout=10.0)
     return asked
 
 

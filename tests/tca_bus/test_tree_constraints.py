@@ -333,7 +333,7 @@ async def test_constraints_order_tasks_of_different_senders(
     user: Module, robot: Robot, options: BusOptions
 ):
     async with Module("other", options=options) as other:
-        await other.wait_for(Step, timeout=5.0)
+        await other.wait_for(Step, timeout=10.0)
         late = await user.prepare(Step)
         early = await other.prepare(Step)
         assert await user.constrain(early.achieving.end <= late.achieving.start) == 1

@@ -298,7 +298,7 @@ async def test_an_exception_handler_repairs_a_failure_below(user: Module, robot:
         await ctx.execute(Open(door=(ctx.failure.data or {})["door"]))
         return "opened"
 
-    await user.wait_for("openIt", timeout=5.0)
+    await user.wait_for("openIt", timeout=10.0)
     robot.steps_fail = 1
     task = await user.expand(Fetch(what="go+door+back"), attach=[catch(Blocked, by="openIt")])
     assert await task.result(timeout=10.0) == "go+door+back"
@@ -314,7 +314,7 @@ async def test_a_handler_has_the_failed_task_tried_again_but_not_for_ever(
     async def again(_: DoorBlocked, ctx: ExceptionContext) -> None:
         ctx.retry_failed(most=2)
 
-    await user.wait_for("again", timeout=5.0)
+    await user.wait_for("again", timeout=10.0)
     async with await user.attach(catch(DoorBlocked, by="again"), to=Fetch):
         robot.steps_fail = 2
         task = await user.expand(Fetch(what="door"))
@@ -341,7 +341,7 @@ async def test_bypasses_climb_and_the_newest_handler_is_first(user: Module, robo
 
     for name, takes in (("outer", True), ("old", False), ("new", False), ("inner", False)):
         handler(name, takes=takes)
-    await user.wait_for("outer", "old", "new", "inner", timeout=5.0)
+    await user.wait_for("outer", "old", "new", "inner", timeout=10.0)
     catches = [catch(by="outer"), catch(by="old"), catch(by="new")]
     async with await user.attach(catch(by="inner"), to=Step):
         robot.steps_fail = 1
@@ -356,7 +356,7 @@ async def test_a_handler_may_raise_another_failure(user: Module, robot: Robot):
     async def give_up(_: Blocked, __: ExceptionContext) -> None:
         raise TaskError("no_way", "there is no other way")
 
-    await user.wait_for("giveUp", timeout=5.0)
+    await user.wait_for("giveUp", timeout=10.0)
     task = await user.expand(Fetch(what="x"), attach=[catch(Blocked, by="giveUp")])
     await task.result(timeout=10.0)
     robot.steps_fail = 1
@@ -374,7 +374,7 @@ async def test_invocations_of_a_handler_are_capped(user: Module, robot: Robot):
         robot.done.append("once")
         return "repaired"
 
-    await user.wait_for("once", timeout=5.0)
+    await user.wait_for("once", timeout=10.0)
     async with await user.attach(catch(Blocked, by="once", max_invocations=1), to=Step):
         first = await user.execute(Step(name="a", fails=True))
         assert await first.result(timeout=10.0) == "repaired"
@@ -394,7 +394,7 @@ async def test_a_failure_that_need_not_matter_lets_the_rest_go_on(user: Module, 
         await ctx.execute(Step(name="b"))
 
     robot.module.serve(Tour, tour)
-    await user.wait_for(Tour, timeout=5.0)
+    await user.wait_for(Tour, timeout=10.0)
     await (await user.expand(Tour())).result(timeout=10.0)
     assert robot.done == ["a", "b"]
 
@@ -415,7 +415,7 @@ async def test_a_running_parent_that_waits_for_the_child_sees_the_failure_first(
         return "with it"
 
     robot.module.serve(Careful, careful)
-    await user.wait_for(Careful, timeout=5.0)
+    await user.wait_for(Careful, timeout=10.0)
     task = await user.expand(Careful())
     assert await task.result(timeout=10.0) == "without it: doorBlocked"
 
@@ -437,7 +437,7 @@ async def test_a_handler_has_the_facts_and_its_walks(user: Module, robot: Robot)
         )
         assert isinstance(problem, Blocked)
 
-    await user.wait_for("look", timeout=5.0)
+    await user.wait_for("look", timeout=10.0)
     robot.steps_fail = 1
     task = await user.expand(Fetch(what="door"), attach=[catch(Blocked, by="look")])
     await task.result(timeout=10.0)

@@ -185,7 +185,7 @@ async def test_a_handler_that_does_not_stop_is_abandoned(user: Module, robot: Ro
                 robot.done.append("ignored")
 
     robot.module.serve(Stubborn, stubborn)
-    await user.wait_for(Stubborn, timeout=5.0)
+    await user.wait_for(Stubborn, timeout=10.0)
     task = await user.execute(Stubborn())
     await eventually(lambda: "stubborn" in robot.done)
     await task.kill("enough")

@@ -86,7 +86,7 @@ async def test_a_task_held_for_its_module_goes_on_when_that_is_back(
     first = Module("keeper", options=options)
     await serve(first, "first", gate)
     async with first:
-        await user.wait_for(Keep, timeout=5.0)
+        await user.wait_for(Keep, timeout=10.0)
         task = await user.execute(Keep())
         await eventually(lambda: task.status.state == "active")
     gate.set()
@@ -117,7 +117,7 @@ async def test_over_the_bus_a_task_fails_or_is_sent_again(options: BusOptions):
         ScriptedModule("first", options=options) as first,
     ):
         holds = [first.holds(Fragile), first.holds(Again)]
-        await user.wait_for(Fragile, Again, timeout=5.0)
+        await user.wait_for(Fragile, Again, timeout=10.0)
         fragile = await user.execute(Fragile(), constraints=0)
         again = await user.execute(Again(), constraints=0)
         for hold in holds:

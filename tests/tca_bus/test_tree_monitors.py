@@ -208,7 +208,7 @@ async def test_a_polling_monitor_acts_while_its_parent_is_under_way(user: Module
         return report.fired
 
     robot.module.serve(Patrol, patrol)
-    await user.wait_for(Patrol, timeout=5.0)
+    await user.wait_for(Patrol, timeout=10.0)
     assert await (await user.expand(Patrol())).result(timeout=10.0) == 2
     assert robot.done == ["charge 10.5"] * 2
 
@@ -225,7 +225,7 @@ async def test_a_point_monitor_tests_once_at_its_place(user: Module, robot: Robo
         await ctx.execute(Step(name="b"))
 
     robot.module.serve(Trip, trip)
-    await user.wait_for(Trip, timeout=5.0)
+    await user.wait_for(Trip, timeout=10.0)
     await (await user.expand(Trip())).result(timeout=10.0)
     assert robot.done == ["a", "charge 12", "b"]
 
@@ -292,7 +292,7 @@ async def test_a_condition_may_be_a_plain_truth(user: Module, robot: Robot):
         return True
 
     robot.module.serve(Dark, dark)
-    await user.wait_for(Dark, timeout=5.0)
+    await user.wait_for(Dark, timeout=10.0)
     test = await user.test(Dark(), then=Charge(volts=3.0))
     assert (await test.result(timeout=10.0)).fired == 1
     assert robot.done == ["charge 3"]

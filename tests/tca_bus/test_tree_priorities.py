@@ -80,7 +80,7 @@ async def test_what_waits_is_put_in_order_again(user: Module, robot: Robot):
         await robot.hold.wait()
 
     robot.module.serve(Slow, slow)
-    await user.wait_for(Slow, timeout=5.0)
+    await user.wait_for(Slow, timeout=10.0)
     free = Constraint.NONE
     tasks = [await user.execute(Slow(name=name), constraints=free) for name in "abc"]
     await eventually(lambda: robot.done == ["a"])

@@ -143,7 +143,7 @@ async def office(data=None):
         central(options, data=data),
         Module("me", options=options) as me,
     ):
-        await me.wait_for(SetVariable, timeout=5.0)
+        await me.wait_for(SetVariable, timeout=10.0)
         yield options, me
 
 
@@ -291,7 +291,7 @@ async def test_what_is_set_while_the_router_is_away_reaches_the_watchers():
         central(router.options),
         Module("me", options=router.options) as me,
     ):
-        await me.wait_for(SetVariable, timeout=5.0)
+        await me.wait_for(SetVariable, timeout=10.0)
         await me.set(BATTERY, 1.0)
         async with me.watch(BATTERY) as changes:
             assert (await anext(changes)).value == 1.0
