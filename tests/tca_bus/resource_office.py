@@ -100,6 +100,11 @@ class Arm:
         module.serve(Nested, self.nested)
         module.serve(Trip, self.trip)
 
+    @property
+    def in_line(self):
+        """How many queries and informs wait for a place in the arm."""
+        return len(self.module._handlers.resources._shared("arm")._waiters or ())
+
     async def use(self, _message, _context):
         self.inside += 1
         self.most = max(self.most, self.inside)

@@ -59,6 +59,7 @@ async def test_queries_and_informs_take_their_turn_in_a_resource():
         await eventually(lambda: arm.inside == 1)
         asked = asyncio.ensure_future(two.query(Touch()))
         await one.inform(Nudge())
+        await eventually(lambda: arm.in_line == 2)
         assert await arm.module.query(Touch()) == 1
         assert not asked.done()
         assert arm.nudged == 0
