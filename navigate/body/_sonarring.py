@@ -59,7 +59,8 @@ def _fault_of_ranges(sensors: Sensors) -> str | None:
     ):
         if ranges.shape not in {(0,), (beams,)}:
             return f"{name} has {ranges.size} readings, expected {beams} or none, in one row"
-    if np.isnan(sensors.sonar).all():
+    # The least of the numbers is no number where there is none.
+    if math.isnan(np.fmin.reduce(sensors.sonar)):
         return f"sonar has no number among its {SONAR_COUNT} readings"
     return None
 

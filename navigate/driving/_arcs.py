@@ -61,9 +61,12 @@ def blocked_curvatures(x: Floats, y: Floats, radius: float) -> tuple[Floats, Flo
     """
     power = x * x + y * y - radius * radius
     inside = power <= 1e-9
-    safe = np.where(inside, 1.0, power)
-    low = np.where(inside, -np.inf, 2.0 * (y - radius) / safe)
-    high = np.where(inside, np.inf, 2.0 * (y + radius) / safe)
+    # As a rule the robot is inside of none, and there is nothing to choose.
+    holds = bool(np.count_nonzero(inside))
+    safe = np.where(inside, 1.0, power) if holds else power
+    low, high = 2.0 * (y - radius) / safe, 2.0 * (y + radius) / safe
+    if holds:
+        low[inside], high[inside] = -np.inf, np.inf
     return low, high
 
 
@@ -84,9 +87,11 @@ def shortest_arcs(x: Floats, y: Floats, radius: float) -> tuple[Floats, Floats]:
     outside = away > radius
     aside = np.abs(np.arctan2(y, x)) - np.arcsin(np.minimum(radius / (away + 1e-9), 1.0))
     aside = np.minimum(np.maximum(aside, 1e-6), NEARLY_BEHIND)
-    reach = (away - radius) * aside / np.sin(aside)
-    reach = np.where(outside, reach, np.where(x > 0.5 * radius, 0.0, FAR))
-    return reach, np.where(outside, 2.0 * aside, 0.0)
+    reach, turn = (away - radius) * aside / np.sin(aside), 2.0 * aside
+    if np.count_nonzero(outside) < len(outside):
+        reach = np.where(outside, reach, np.where(x > 0.5 * radius, 0.0, FAR))
+        turn = np.where(outside, turn, 0.0)
+    return reach, turn
 
 
 def free_spans(x: Floats, y: Floats, radius: float, *, within: float = FAR) -> Spans:
@@ -104,8 +109,8 @@ def free_spans(x: Floats, y: Floats, radius: float, *, within: float = FAR) -> S
     bounds = np.concatenate([low, high, _ALWAYS])
     np.minimum(np.maximum(bounds, -SHARPEST, out=bounds), SHARPEST, out=bounds)
     bounds.sort()
-    wide = (bounds[1:] - bounds[:-1]) > SLIT
-    right, left = bounds[:-1][wide], bounds[1:][wide]
+    wide = (bounds[1:] - bounds[:-1] > SLIT).nonzero()[0]
+    right, left = bounds.take(wide), bounds.take(wide + 1)
     middle = (0.5 * (left + right))[:, None]
     sharpest = np.maximum(np.abs(left), np.abs(right))[:, None]
     length = np.maximum(reach, turn / sharpest)

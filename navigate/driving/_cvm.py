@@ -96,7 +96,7 @@ def choose(echoes: Floats, heading: float, window: Window, *, margin: float = MA
     left = np.minimum(spans.high * speeds, window.left)
     turns = np.minimum(np.maximum(wanted, right), left)
     score = _score(speeds, turns, spans.free, heading)
-    score[~(admissible & (right <= left + 1e-9))] = -np.inf
+    np.copyto(score, -np.inf, where=~(admissible & (right <= left + 1e-9)))
     row, column = divmod(int(score.argmax()), len(top))
     if not math.isfinite(score[row, column]) or speeds[row, column] <= 0.0:
         return Choice(STOP, spans.at(0.0))
