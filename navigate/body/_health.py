@@ -78,6 +78,10 @@ WAVER_MEMORY = 0.25
 """Weight of a new round in the share that waver."""
 
 
+_LEFT, _RIGHT = (np.arange(SONAR_COUNT) + 1) % SONAR_COUNT, np.arange(SONAR_COUNT) - 1
+"""The neighbour of each sonar on either side."""
+
+
 class Condition(enum.IntEnum):
     """How a sense is."""
 
@@ -138,9 +142,10 @@ class SonarHealth:
 
     def _count_silence(self, ranges: Floats, new: NDArray[np.bool_], lit: Floats) -> None:
         """Count the silent ones that should have heard something, here unlike before."""
-        left, right = np.roll(ranges, -1), np.roll(ranges, 1)
-        doubted = np.roll(self.unsound, -1) | np.roll(self.unsound, 1)
-        met = ~doubted & (np.maximum(left, right) < WITNESSED) & (np.abs(left - right) < TOGETHER)
+        left, right = ranges[_LEFT], ranges[_RIGHT]
+        met = (np.maximum(left, right) < WITNESSED) & (np.abs(left - right) < TOGETHER)
+        if self.any_unsound:
+            met &= ~(self.unsound[_LEFT] | self.unsound[_RIGHT])
         silent = new & (ranges == FAR)
         self._silent += silent & (met | (lit < WITNESSED))
         self._silent -= np.where(new & ~silent, np.minimum(self._silent, HEARD_COUNTS), 0)
@@ -163,7 +168,7 @@ class SonarHealth:
         dead, often = self._silent >= DEAD_AFTER, self._same >= STUCK_AFTER
         if often.any():
             turned = np.abs((self._began - theta + math.pi) % (2 * math.pi) - math.pi) > TURNED
-            beside = np.minimum(np.roll(ranges, 1), np.roll(ranges, -1))
+            beside = np.minimum(ranges[_RIGHT], ranges[_LEFT])
             # What is too near to be told reads the same too, but not in one cone alone.
             told = ranges > NEAREST + SAME
             odd = told & (self._waver > WAVERING)

@@ -121,17 +121,22 @@ class DoorFrame:
     def _hear(self, odom: Pose, bearing: float, reading: float) -> None:
         """A sonar's range to the nearer of the jambs in its cone."""
         axis = odom[2] + bearing
-        sonar = np.array(odom[:2]) + RING_RADIUS * np.array([math.cos(axis), math.sin(axis)])
-        ahead, left = self._axes()
-        sides = [side * self.door.width / 2 for side in (-1.0, 1.0)]
-        seen = [(self.middle + side * left - sonar, side) for side in sides]
-        seen = [(away, side) for away, side in seen if _in_cone(away, axis)]
+        sonar_x = odom[0] + RING_RADIUS * math.cos(axis)
+        sonar_y = odom[1] + RING_RADIUS * math.sin(axis)
+        x, y, heading = self._state.tolist()
+        left_x, left_y = -math.sin(heading), math.cos(heading)
+        seen = list[tuple[Floats, float]]()
+        for side in (-1.0, 1.0):
+            half = side * self.door.width / 2
+            away_x, away_y = x + half * left_x - sonar_x, y + half * left_y - sonar_y
+            if abs(wrap(math.atan2(away_y, away_x) - axis)) < SURE:
+                seen.append((np.array([away_x, away_y]), half))
         if not seen:
             return
         away, side = min(seen, key=lambda tip: float(tip[0] @ tip[0]))
         distance = math.hypot(*away)
         unit = away / distance
-        change = np.array([*unit, -side * float(unit @ ahead)])
+        change = np.array([*unit, -side * float(unit @ self._axes()[0])])
         self._take_in(change, reading - distance, JAMB_SIGMA)
 
     def _see(self, odom: Pose, laser: Laser, sight: Sight) -> None:
@@ -161,10 +166,6 @@ class DoorFrame:
     def _axes(self) -> tuple[Floats, Floats]:
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return np.array([cos, sin]), np.array([-sin, cos])
-
-
-def _in_cone(away: Floats, axis: float) -> bool:
-    return abs(wrap(math.atan2(away[1], away[0]) - axis)) < SURE
 
 
 def _transfer(point: tuple[float, float], pose: Pose, odom: Pose) -> Floats:
