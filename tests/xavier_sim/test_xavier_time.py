@@ -165,6 +165,15 @@ def test_late_and_early_answers_are_ignored_and_counted():
     assert driver.command(6) == (0.5, 0.1)
 
 
+def test_who_answers_an_older_tick_than_the_driver_does_not_take_over():
+    driver = Driver()
+    driver.hear(drive(5), "navigate", tick=5)
+    assert not driver.hear(drive(0, speed=0.1), "somebody", tick=5)
+    assert (driver.name, driver.command(5)) == ("navigate", (0.5, 0.1))
+    assert driver.hear(drive(6, speed=0.1), "somebody", tick=6)
+    assert driver.name == "somebody"
+
+
 def test_silent_driver_means_stop():
     driver = Driver()
     assert driver.command(0) == STOP

@@ -22,9 +22,12 @@ class Driver:
         self._drive: Drive | None = None
 
     def hear(self, drive: Drive, sender: str, tick: int) -> bool:
-        """Take in a command; false for one that answers no tick yet, or an older than the last."""
+        """Take in a command; false for one that answers no tick yet, or an older than the last.
+
+        Whoever answers the latest tick drives: one that comes late with an older answer does not.
+        """
         last = self._drive.tick if self._drive is not None else -1
-        if drive.tick > tick or (drive.tick < last and sender == self.name):
+        if not last <= drive.tick <= tick:
             self.ignored += 1
             return False
         self.name, self._drive = sender, drive
