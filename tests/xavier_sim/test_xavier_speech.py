@@ -200,6 +200,19 @@ async def test_keyboard_question_times_out_when_time_passes(terminal):
         assert caught.value.failure.name == "no_answer"
 
 
+class Broken(io.StringIO):
+    """A terminal that hangs up."""
+
+    def __next__(self):
+        raise OSError(5, "Input/output error")
+
+
+async def test_a_terminal_that_hangs_up_is_no_answer_and_told(caplog):
+    async with Keyboard(Broken(), io.StringIO()) as keyboard:
+        assert await keyboard.ask("Am I here?", ("y", "n")) is None
+    assert "the keyboard cannot be read any more" in caplog.text
+
+
 async def test_closed_terminal_is_no_answer():
     async with office() as asker:
         screen = io.StringIO()

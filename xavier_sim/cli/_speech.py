@@ -49,5 +49,5 @@ async def speech(
         await module.run(SimulatedPeople(module, seed=checked_seed(seed), habits=habits))
         return
     # A file of its own: the interpreter cannot end while a thread holds the lock of sys.stdin.
-    async with Keyboard(os.fdopen(os.dup(0)), sys.stdout) as keyboard:
+    async with Keyboard(os.fdopen(os.dup(0), errors="replace"), sys.stdout) as keyboard:
         await module.run(Typist(module.module, keyboard))

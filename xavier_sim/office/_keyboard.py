@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import threading
 from collections import deque
 from typing import Self, TextIO
+
+log = logging.getLogger(__name__)
 
 TYPE_AHEAD = 100
 """Lines that are kept before somebody asks for them; the oldest are dropped."""
@@ -83,9 +86,13 @@ class Keyboard:
         return self._lines.popleft()
 
     def _read(self) -> None:
-        for line in self._source:
-            self._post(line)
-        self._post(None)
+        try:
+            for line in self._source:
+                self._post(line)
+        except (OSError, ValueError) as error:
+            log.warning("the keyboard cannot be read any more: %s", error)
+        finally:
+            self._post(None)
 
     def _post(self, line: str | None) -> None:
         loop = self._loop

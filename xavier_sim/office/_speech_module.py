@@ -240,12 +240,13 @@ class SpeechModule:
 
     async def _on_move_item(self, query: MoveItem, _context: Context) -> ItemMoved:
         await self._clock()
+        # First, so that nothing is moved of which nobody is told.
+        where = await self.module.query(WhereReally(), timeout=5.0)
         try:
             self.record.things.move(query.user, query.item, query.action)
         except NotMovedError as error:
             raise TaskError("not_there", str(error)) from error
         await self.save()
-        where = await self.module.query(WhereReally(), timeout=5.0)
         return await self._tell_moved(query.user, query.item, where.room, query.action)
 
     async def _tell_moved(
