@@ -25,7 +25,10 @@ class StateFile:
         except (OSError, ValueError) as error:
             log.warning("%s cannot be used: %s", self.path, error)
             return None
-        return state if isinstance(state, dict) else None
+        if not isinstance(state, dict):
+            log.warning("%s cannot be used: it holds no state", self.path)
+            return None
+        return state
 
     def save(self, state: dict[str, Any]) -> None:
         """Write the state; what was there stays until the new one is complete."""

@@ -274,15 +274,19 @@ class Navigator:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a snapshot: odometry carries the estimate over the time in between."""
-        x, y, theta = (float(value) for value in state["pose"])
-        spread = max(0.1, float(state["deviation"]))
-        turn_spread = max(0.06, float(state["heading_deviation"]))
-        self.localizer.place((x, y, theta), spread=spread, turn_spread=turn_spread)
-        odom = state["odom"]
-        self._odom = (float(odom[0]), float(odom[1]), float(odom[2])) if odom else None
-        self.time = float(state["time"])
-        self.memory.restore(state["hindrances"])
+        """Go on from a snapshot: odometry carries the estimate over the time in between.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is none; nothing is changed then.
+        """
+        pose, odom = _pose_of(state["pose"]), state["odom"]
+        spread, turn_spread = _number(state["deviation"]), _number(state["heading_deviation"])
+        before = None if odom is None else _pose_of(odom)
+        time, memory = _number(state["time"]), Memory()
+        memory.restore(state["hindrances"])
+        self.localizer.place(pose, spread=max(0.1, spread), turn_spread=max(0.06, turn_spread))
+        self._odom, self.time = before, time
+        self.memory.restore(memory.snapshot())
 
     def _listen(self, sensors: Sensors) -> None:
         odom, here = self._odom or ORIGIN, self._percept
@@ -367,3 +371,20 @@ class Navigator:
             turn=sensors.turn_rate,
             sights=here.sights,
         )
+
+
+def _pose_of(values: Any) -> Pose:
+    x, y, theta = (_number(value) for value in values)
+    return (x, y, theta)
+
+
+def _number(value: Any) -> float:
+    """A finite number.
+
+    Raises:
+        TypeError, ValueError: it is none.
+    """
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{number} is no finite number")
+    return number

@@ -199,12 +199,32 @@ async def test_what_it_knows_is_kept_and_read_again(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "{", '{"map": "wean5", "pose": [1]}'])
-async def test_a_spoilt_state_is_left_aside(tmp_path, text):
+async def test_a_spoilt_state_is_left_aside(tmp_path, text, caplog):
     (tmp_path / "navigate.json").write_text(text)
     async with office(tmp_path) as asker:
         start = load_plan().start
         position = await asker.query(WhereAmI())
         assert math.dist((position.x, position.y), (start.x, start.y)) < 0.2
+    assert "cannot be used" in caplog.text
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        {"pose": [math.nan, 0.0, 0.0]},
+        {"deviation": math.inf},
+        {"odom": [0.0, 0.0]},
+        {"time": "noon"},
+        {"hindrances": {"doors": [], "points": [[1.0]]}},
+    ],
+)
+def test_of_a_state_that_is_spoilt_nothing_is_taken(spoilt):
+    navigator = Navigator(Floor(load_plan()))
+    before = navigator.snapshot()
+    moved = {**before, "pose": [5.7, 23.2, 0.0], "time": 7.0}
+    with pytest.raises((KeyError, TypeError, ValueError)):
+        navigator.restore(moved | spoilt)
+    assert navigator.snapshot() == before
 
 
 async def navigate(*arguments):
