@@ -11,11 +11,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from xavier_sim.floors import load_floor
+from xavier_sim.floors import FloorError, load_floor
 from xavier_sim.profile import PROFILES
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.sensors import NoSensorError
-from xavier_sim.soak import FAULT_KINDS, Job, NavigatorError, Soak, SoakOptions, Way, load_factory
+from xavier_sim.soak import (
+    FAULT_KINDS,
+    Course,
+    Job,
+    NavigatorError,
+    Soak,
+    SoakOptions,
+    Way,
+    load_factory,
+)
 from xavier_sim.soak._doors import DoorKeeper
 from xavier_sim.soak._histogram import Histogram
 from xavier_sim.soak._loading import make_navigator
@@ -87,6 +96,7 @@ def test_navigators_are_had_by_name_or_by_import_string():
         ("navigat", "is not installed; installed: navigate."),
         ("nowhere.at:all", "cannot be imported: No module named 'nowhere'"),
         ("math:pi", "is a float, expected a callable"),
+        ("math:", "is neither installed nor named as module:attribute"),
     ],
 )
 def test_a_navigator_that_cannot_be_had_is_explained(name, why):
@@ -94,6 +104,13 @@ def test_a_navigator_that_cannot_be_had_is_explained(name, why):
         load_factory(name)
     assert why in str(caught.value)
     assert caught.value.name == name
+
+
+def test_errands_need_two_places():
+    plan = load_floor(FLOOR)
+    alone = plan.model_copy(update={"places": {"r-1": plan.places["r-1"]}})
+    with pytest.raises(FloorError, match="number of places is '1', expected 2 or more"):
+        Course(alone, SoakOptions(**QUICK))
 
 
 def test_what_a_navigator_lacks_is_named():

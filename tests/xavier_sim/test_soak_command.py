@@ -72,10 +72,11 @@ def test_seeds_that_are_none_are_explained(text):
         parse_seeds(text)
 
 
-@pytest.mark.parametrize("page", [".", "nowhere/soak.html"])
-def test_a_report_that_cannot_be_written_is_told_before_the_soak(tmp_path, page):
-    with pytest.raises(ConfigError, match=r"--report is .* expected a file in a folder"):
-        command("--hours", "1", "--report", str(tmp_path / page))
+@pytest.mark.parametrize("file", [".", "nowhere/soak.html"])
+@pytest.mark.parametrize("flag", ["--report", "--checkpoint"])
+def test_what_cannot_be_written_is_told_before_the_soak(tmp_path, flag, file):
+    with pytest.raises(ConfigError, match=rf"{flag} is .* expected a file in a folder"):
+        command("--hours", "1", flag, str(tmp_path / file))
 
 
 @pytest.mark.parametrize("hours", ["nan", "inf", "0", "-1"])
@@ -151,11 +152,13 @@ def test_what_casts_the_rays_makes_no_other_soak(tmp_path):
     assert SoakRun(SoakOptions(**IDLE), file).resumed
 
 
-def test_a_checkpoint_cut_short_is_explained(tmp_path):
+@pytest.mark.parametrize("part", [{}, {"world": None}, {"world": []}])
+def test_a_checkpoint_cut_short_is_explained(tmp_path, part):
     file = tmp_path / "soak.json"
     list(SoakRun(SoakOptions(**IDLE), file).jobs(0.0005))
     document = json.loads(file.read_text())
     del document["soak"]["world"]
+    document["soak"] |= part
     file.write_text(json.dumps(document))
     with pytest.raises(SnapshotError, match="is damaged"):
         SoakRun(SoakOptions(**IDLE), file)

@@ -55,8 +55,9 @@ def soak(
         errands: What errands they are.
         flags: Shared flags; no bus is needed.
     """
-    if report is not None:
-        _check_page(report)
+    for flag, file in (("--report", report), ("--checkpoint", checkpoint)):
+        if file is not None:
+            _check_file(flag, file)
     tasks = [
         Task(errands.options(one), hours, _file(checkpoint, one if seeds else None))
         for one in _seeds(seed, seeds)
@@ -67,15 +68,15 @@ def soak(
     _show(outcomes, flags)
 
 
-def _check_page(report: Path) -> None:
-    """Find out before the hours are soaked whether their report can be written.
+def _check_file(flag: str, file: Path) -> None:
+    """Find out before the hours are soaked whether what comes of them can be written.
 
     Raises:
         ConfigError: it cannot.
     """
-    folder = report.parent
-    if report.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise ConfigError("--report", str(report), "a file in a folder that can be written to")
+    folder = file.parent
+    if file.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise ConfigError(flag, str(file), "a file in a folder that can be written to")
 
 
 def _cores() -> int:

@@ -53,7 +53,7 @@ class CheckpointFile:
         try:
             soak.restore(document["soak"])
             return Cost(**document["cost"])
-        except (KeyError, TypeError, ValueError) as error:
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
             raise SnapshotError(self.path, f"is damaged ({error!r})", ANOTHER) from error
 
     def _read(self) -> dict[str, Any]:

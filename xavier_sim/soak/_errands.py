@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
-from xavier_sim.floors import door_room
+from xavier_sim.floors import FloorError, door_room
 from xavier_sim.messages import Door, FloorPlan
 from xavier_sim.noise import restore_stream, stream, stream_state
 
 BEFORE_DOOR = 1.2
 """Metres before a door, on the middle of its opening, to which the robot drives out."""
+
+
+FEWEST_PLACES = 2
 
 
 class Goal(NamedTuple):
@@ -38,9 +41,16 @@ class Errands(Protocol):
 
 
 class RandomErrands:
-    """Rooms at random without end, never the one in which the robot stands."""
+    """Rooms at random without end, never the one in which the robot stands.
+
+    Raises:
+        FloorError: there are fewer than two.
+    """
 
     def __init__(self, plan: FloorPlan, seed: int) -> None:
+        if len(plan.places) < FEWEST_PLACES:
+            expected = f"{FEWEST_PLACES} or more, for errands between them"
+            raise FloorError(plan.name, "number of places", len(plan.places), expected)
         self._goals = [Goal(room, at.x, at.y, room) for room, at in sorted(plan.places.items())]
         self._random = stream(seed, "soak-errands")
 

@@ -42,6 +42,8 @@ def load_factory(name: str) -> NavigatorFactory:
         hint = did_you_mean(name, navigator_names()) or " Name one as module:attribute."
         known = ", ".join(navigator_names()) or "none"
         raise NavigatorError(name, f"is not installed; installed: {known}.{hint}")
+    if not found and not all(part.strip() for part in name.split(":")):
+        raise NavigatorError(name, "is neither installed nor named as module:attribute")
     point = found[0] if found else EntryPoint(name, name, GROUP)
     try:
         factory = point.load()
