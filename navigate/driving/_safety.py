@@ -58,13 +58,19 @@ def must_stop(wheels: Wheels, sensors: Sensors) -> bool:
     """
     if sensors.bump and _pushes(sensors.bump, wheels.speed):
         return True
-    reading, news = float(sensors.sonar[0]), 1
-    if not math.isfinite(reading):
-        reading, news = float(max(sensors.sonar[1], sensors.sonar[-1])), _BESIDE_AHEAD
+    reading, news = _range(sensors, 0), 1
+    if reading == math.inf:
+        reading, news = max(_range(sensors, 1), _range(sensors, -1)), _BESIDE_AHEAD
     if wheels.speed <= 0.0 or not sensors.sonar_fresh & news:
         return False
     room = _room(reading, NARROW_KEEP_OFF)
     return wheels.speed**2 > 2.0 * BRAKES * max(0.0, room)
+
+
+def _range(sensors: Sensors, number: int) -> float:
+    """What a sonar reads, metres; what is no range is no echo."""
+    reading = float(sensors.sonar[number])
+    return reading if reading >= 0.0 else math.inf
 
 
 def _room_on(view: View, *, narrow: bool, backward: bool) -> float:

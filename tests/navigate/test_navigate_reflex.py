@@ -60,6 +60,11 @@ def test_what_is_heard_ahead_stops_what_could_not_brake(speed, ahead):
     assert not must_stop(Wheels(-speed, 0.0), sensors(ahead=ahead))
 
 
+@pytest.mark.parametrize("none", [-1.0, -math.inf, math.inf, math.nan])
+def test_what_is_no_range_stops_nothing(none):
+    assert not must_stop(Wheels(0.5, 0.0), sensors(ahead=none))
+
+
 class Listening:
     """Stands in for the module: keeps what the helm says."""
 
