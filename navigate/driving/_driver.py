@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from navigate.body import Pose, bump_direction
+from navigate.body import Motion, Pose, bump_direction, plausible
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorpass import pass_door
 from navigate.driving._drive import LIMITS, Drive, GoalFailedError
@@ -110,7 +110,7 @@ class Driver:
         if drive is None or drive.done:
             return STOP
         if before is not None:
-            drive.metres += math.dist(before.odom[:2], view.odom[:2])
+            drive.metres += _driven(before, view)
         return guard(self._advance(drive, view), view)
 
     def _advance(self, drive: Drive, view: View | None) -> Wheels:
@@ -262,6 +262,12 @@ class Driver:
         elif isinstance(trouble, Stuck):
             return (yield from turn_by(view, math.pi / 2))
         return (yield from wait(view, 0.5))
+
+
+def _driven(before: View, now: View) -> float:
+    """Metres from one tick to the next; none where odometry was set anew meanwhile."""
+    metres = math.dist(before.odom[:2], now.odom[:2])
+    return metres if plausible(Motion(metres, 0.0, 0.0), now.time - before.time) else 0.0
 
 
 def _go(view: View, way: Way, drive: Drive, *, behind_door: bool) -> Manoeuvre[View]:

@@ -29,6 +29,17 @@ def test_errands_from_room_to_room_arrive_where_they_should():
     assert loop.world.truth().bumps == 0
 
 
+def test_odometry_that_is_set_anew_is_no_way_driven():
+    loop = Loop(seed=4)
+    drive = loop.start("r-5303")
+    loop.rest(20)
+    before = drive.metres
+    odom = loop.sensors.odom + np.array([500.0, 0.0, 0.0], dtype=np.float32)
+    later = {"odom": odom, "time": loop.sensors.time + 0.1}
+    loop.navigator.step(loop.sensors.model_copy(update=later))
+    assert drive.metres == before
+
+
 def test_the_same_seed_drives_the_same_way():
     def run():
         loop = Loop(seed=7)
