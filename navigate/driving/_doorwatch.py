@@ -8,6 +8,7 @@ it, from one side of its middle to the other, met the line.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from typing import ClassVar, NamedTuple
@@ -49,6 +50,9 @@ believes: its sonars' cones fill half of the opening.
 
 MOST_ODD = 0.4
 """Share of the readings of an open door that may have met its jambs, or something at its line."""
+
+MOST_CELLS = 1024
+"""Square metres of the floor for which the doors around are kept at most."""
 
 LONGEST = 15.0
 """Seconds after which what was seen of a door is of no use: it may have moved since."""
@@ -110,7 +114,7 @@ class DoorWatch:
 
     def __init__(self, doors: Iterable[Passage]) -> None:
         self._doors = tuple(doors)
-        self._around: dict[tuple[int, int], tuple[Passage, ...]] = {}
+        self._around = functools.lru_cache(maxsize=MOST_CELLS)(self._doors_around)
         self._sightings: dict[str, _Sighting] = {}
 
     def forget(self) -> None:
@@ -135,13 +139,12 @@ class DoorWatch:
         return [passed for passed in judged if passed]
 
     def _near(self, pose: Pose) -> tuple[Passage, ...]:
-        cell = (math.floor(pose[0]), math.floor(pose[1]))
-        found = self._around.get(cell)
-        if found is None:
-            middle = (cell[0] + 0.5, cell[1] + 0.5)
-            found = tuple(door for door in self._doors if _is_near(door, middle))
-            self._around[cell] = found
-        return found
+        return self._around(math.floor(pose[0]), math.floor(pose[1]))
+
+    def _doors_around(self, column: int, row: int) -> tuple[Passage, ...]:
+        """The doors that are looked at from some point of a metre of the floor."""
+        middle = (column + 0.5, row + 0.5)
+        return tuple(door for door in self._doors if _is_near(door, middle))
 
     @property
     def _kept(self) -> dict[str, list[float]]:

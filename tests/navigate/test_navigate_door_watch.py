@@ -11,6 +11,7 @@ from navigate_loop import Loop
 
 from navigate.body import LIDAR, RING_RADIUS, Percept, Sight
 from navigate.driving import DoorWatch
+from navigate.driving._doorwatch import MOST_CELLS
 from navigate.freezing import freeze, thaw
 from navigate.maps import Floor, load_plan
 from navigate.routes import Hindrances, Memory, Planner
@@ -136,3 +137,11 @@ def test_what_was_glimpsed_costs_a_detour_and_never_the_goal():
     assert memory.outlook(101.0) == Hindrances()
     copy.forget_since(50.0)
     assert copy.outlook(101.0) == Hindrances()
+
+
+def test_the_doors_around_are_kept_for_few_places():
+    watch, silence = DoorWatch(FLOOR.doors.values()), np.full(24, np.inf)
+    nothing = Percept(silence, 0, silence, 0)
+    for metre in range(2 * MOST_CELLS):
+        watch.look((float(metre), 0.0, 0.0), nothing, float(metre))
+    assert watch._around.cache_info().currsize == MOST_CELLS
