@@ -143,3 +143,29 @@ def test_prodigy_loads_without_bus_and_event_loop():
 @pytest.mark.parametrize("package", PACKAGES)
 def test_types_are_published(package):
     assert (ROOT / package / "py.typed").exists()
+
+
+WAITS_ON_PURPOSE = {
+    "tests/chaos/chaos_crew.py": "work takes its time, and who does it is killed meanwhile",
+    "tests/chaos/chaos_run.py": "a kill comes at any moment",
+    "tests/links/test_links.py": "a link is cut for ten seconds",
+    "tests/scenarios/test_scenario_repeatable.py": "a day is the same on a slow machine",
+    "tests/xavier_sim/test_xavier_bus.py": "a drive is the same with a slow driver",
+}
+
+
+def waits_for_a_time(node):
+    if not isinstance(node, ast.Call):
+        return False
+    name, seconds = ast.unparse(node.func), [ast.unparse(one) for one in node.args]
+    return name in {"asyncio.sleep", "time.sleep"} and seconds != ["0"]
+
+
+def test_no_test_waits_for_a_time_but_where_slowness_is_its_subject():
+    texts = {path: path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")}
+    waiting = {
+        str(path.relative_to(ROOT))
+        for path, text in texts.items()
+        if ".sleep(" in text and any(map(waits_for_a_time, ast.walk(ast.parse(text))))
+    }
+    assert waiting == WAITS_ON_PURPOSE.keys()
