@@ -290,6 +290,22 @@ def test_too_many_for_a_small_floor():
         World(plan, carts=9)
 
 
+@pytest.mark.parametrize(("kind", "width"), [(SpaceKind.ROOM, 6.0), (SpaceKind.CORRIDOR, 0.62)])
+def test_where_nobody_can_walk_there_is_nobody(kind, width):
+    corners = {"low": Corner(x=0.0, y=0.0), "high": Corner(x=20.0, y=width)}
+    plan = FloorPlan(
+        name="narrow",
+        spaces=(Space(name="all", kind=kind, **corners),),
+        doors=(),
+        places={},
+        start=Corner(x=1.0, y=0.31),
+    )
+    with pytest.raises(NoRoomError, match="people is 1, expected no more than the 0 that"):
+        World(plan, people=1)
+    with pytest.raises(NoRoomError, match="carts is 1, expected no more than the 0 that"):
+        World(plan, carts=1)
+
+
 def test_walkways_lead_through_openings_and_not_through_walls():
     ways = Walkways(PLAN)
     way = ways.way((5.0, 9.0), (20.0, 70.0), lane=0.5, radius=RADIUS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
@@ -10,7 +11,7 @@ from tca_bus import TcaError
 from xavier_sim.body import Disc
 from xavier_sim.crowd._cart import Cart, CartSpots
 from xavier_sim.crowd._person import MARGIN, RADIUS, Person, Steering
-from xavier_sim.crowd._walkways import Point, Walkways
+from xavier_sim.crowd._walkways import NoSpotError, Point, Walkways
 from xavier_sim.messages import FloorPlan
 from xavier_sim.noise import restore_stream, stream, stream_state
 from xavier_sim.profile import TICK
@@ -82,9 +83,11 @@ class Crowd:
         self.people: list[Person] = []
         self.discs: list[Disc] = []
         for _ in range(carts):
-            self._add_cart(carts, robots)
+            if not self._add_cart(robots):
+                raise NoRoomError("carts", carts, len(self.carts))
         for _ in range(people):
-            self._add_person(people, robots)
+            if not self._add_person(robots):
+                raise NoRoomError("people", people, len(self.people))
 
     def step(self, tick: int, robots: Sequence[Disc], bumped: Collection[int]) -> None:
         """Let a control tick pass.
@@ -175,23 +178,28 @@ class Crowd:
         if spot is not None:
             cart.x, cart.y = spot
 
-    def _add_cart(self, count: int, robots: Sequence[Disc]) -> None:
-        spot = self._spots.find(robots, [cart.disc() for cart in self.carts])
-        if spot is None:
-            raise NoRoomError("carts", count, len(self.carts))
-        self.carts.append(Cart(*spot, self._spots.stay()))
-        self._list()
-
-    def _add_person(self, count: int, robots: Sequence[Disc]) -> None:
-        for _ in range(TRIES):
-            at = self._walkways.random_point(self._random, RADIUS + MARGIN)
-            if self._is_free(at, robots):
-                speed = float(self._random.uniform(*SPEEDS))
-                lane = float(self._random.uniform(*LANES))
-                self.people.append(Person(*at, speed=speed, lane=lane))
+    def _add_cart(self, robots: Sequence[Disc]) -> bool:
+        """Leave one standing; false when there is no room."""
+        with suppress(NoSpotError):
+            spot = self._spots.find(robots, [cart.disc() for cart in self.carts])
+            if spot is not None:
+                self.carts.append(Cart(*spot, self._spots.stay()))
                 self._list()
-                return
-        raise NoRoomError("people", count, len(self.people))
+                return True
+        return False
+
+    def _add_person(self, robots: Sequence[Disc]) -> bool:
+        """Let one come in; false when there is no room."""
+        with suppress(NoSpotError):
+            for _ in range(TRIES):
+                at = self._walkways.random_point(self._random, RADIUS + MARGIN)
+                if self._is_free(at, robots):
+                    speed = float(self._random.uniform(*SPEEDS))
+                    lane = float(self._random.uniform(*LANES))
+                    self.people.append(Person(*at, speed=speed, lane=lane))
+                    self._list()
+                    return True
+        return False
 
     def _is_free(self, at: Point, robots: Sequence[Disc]) -> bool:
         away = all(disc.gap(*at, RADIUS) > AT_FIRST for disc in robots)

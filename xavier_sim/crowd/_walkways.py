@@ -25,6 +25,9 @@ OFF_DOOR = 1.6
 
 TRIES = 20
 
+MOST_DRAWS = 10_000
+"""Points of the open spaces that are tried before none is taken to have room."""
+
 CELL = 1.0
 """Metres along a side of the squares by which spaces are looked up."""
 
@@ -36,6 +39,14 @@ class Opening:
     to: str
     edge: Edge
     door: int | None = None
+
+
+class NoSpotError(LookupError):
+    """No open space has room for a disc of a ``radius``, metres."""
+
+    def __init__(self, radius: float) -> None:
+        self.radius = radius
+        super().__init__(f"no open space has room for a disc of {radius:g} m radius")
 
 
 class Walkways:
@@ -120,14 +131,19 @@ class Walkways:
         )
 
     def random_point(self, random: np.random.Generator, radius: float) -> Point:
-        """A point of the open spaces where a disc touches no wall, all as likely."""
-        while True:
+        """A point of the open spaces where a disc touches no wall, all as likely.
+
+        Raises:
+            NoSpotError: there seems to be none: no open space is so wide.
+        """
+        for _ in range(MOST_DRAWS if self.spaces else 0):
             share = float(random.random()) * float(self._areas[-1])
             space = list(self.spaces.values())[int(np.searchsorted(self._areas, share))]
             x = float(random.uniform(space.low.x, space.high.x))
             y = float(random.uniform(space.low.y, space.high.y))
             if self.has_room(x, y, radius):
                 return x, y
+        raise NoSpotError(radius)
 
     def room_point(self, random: np.random.Generator, room: str, radius: float) -> Point | None:
         """A point in a room where a disc is in nobody's way; None when none is found."""
