@@ -160,6 +160,40 @@ def test_a_frame_with_any_number_type_is_read_or_invalid(kind, size, order):
         assert decode_plain(frame, "scan") == {"ranges": []}
 
 
+def framed(header: str) -> Payload:
+    return Payload(len(header).to_bytes(4, "little") + header.encode(), FRAME_TYPE)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        '{"fields":{"a":{"b":1,"arrays":[]}},"arrays":[]}',
+        '{"arrays":[],"fields":{"a":{"b":1,"arrays":[]}}}',
+        '{ "fields" : {"a":{"b":1,"arrays":[]}} , "arrays" : [] } ',
+        '{"fields":{"a":{"b":1,"arrays":[]}}, "arrays":[]}',
+    ],
+)
+def test_a_frame_s_header_may_be_written_in_any_order_and_with_space(header):
+    assert decode_plain(framed(header), "scan") == {"a": {"b": 1, "arrays": []}}
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        '{"fields":{},"more":1,"arrays":[]}',
+        '{"fields":{"a":1,"arrays":[]}}',
+        '{"fields":{"a":1,"arrays":[]}',
+        '{"fields":{},"arrays":[]',
+        '{"fields":[],"arrays":[]}',
+        '{"fields":{},"arrays":[{"name":"a","dtype":"<f4","length":-1}]}',
+        '{"fields":{},"arrays":[{"name":"a","dtype":"O","length":0}]}',
+    ],
+)
+def test_a_header_that_says_more_or_less_is_no_frame_s(header):
+    with pytest.raises(InvalidMessageError):
+        decode_plain(framed(header), "scan")
+
+
 def test_the_error_names_field_value_and_what_was_expected():
     payload = encode_json("place", {"x": "far", "nam": "lab"})
     with pytest.raises(InvalidMessageError) as caught:
