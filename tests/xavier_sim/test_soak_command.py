@@ -100,6 +100,18 @@ def test_a_soak_that_fails_in_its_own_process_says_why(tmp_path):
     assert caught.value.file == file
 
 
+@pytest.mark.process
+@pytest.mark.timeout(120)
+def test_soaks_that_are_interrupted_end_after_their_job_and_are_kept(tmp_path):
+    def interrupt(_standing):
+        raise KeyboardInterrupt
+
+    file, options = tmp_path / "soak.json", SoakOptions(**IDLE)
+    with pytest.raises(KeyboardInterrupt):
+        run_crew([Task(options, 100_000.0, file)], jobs=1, tell=interrupt)
+    assert SoakRun(options, file).resumed
+
+
 def test_a_soak_goes_on_from_its_checkpoint(tmp_path):
     file = tmp_path / "soak.json"
     first = SoakRun(SoakOptions(**IDLE), file)

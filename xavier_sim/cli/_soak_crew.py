@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing.queues import Queue
+from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import TypeAlias
 
@@ -53,22 +55,37 @@ def run_crew(
     Raises:
         TcaError: as of `SoakRun`, of the first that failed; the others went on to their ends.
         SoakEndedError: a process was ended from outside.
+        KeyboardInterrupt: this one was; the others ended and kept their soaks after the job that
+            they were at.
     """
     context = multiprocessing.get_context("spawn")
-    news: News = context.Queue()
+    news, halt = context.Queue(), context.Event()
     workers = min(jobs, len(tasks))
-    with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(news,)) as pool:
+    with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(news, halt)) as pool:
         futures = [pool.submit(_run, task) for task in tasks]
-        for future in futures:
-            future.add_done_callback(lambda _: news.put(_ENDED))
-        left = len(futures)
-        while left:
-            standing = news.get()
-            if standing is None:
-                left -= 1
-            else:
-                tell(standing)
+        try:
+            _follow(futures, news, tell)
+        except BaseException:
+            halt.set()
+            for future in futures:
+                future.cancel()
+            raise
         return [_outcome(task, future) for task, future in zip(tasks, futures, strict=True)]
+
+
+def _follow(
+    futures: Sequence[Future[Outcome]], news: News, tell: Callable[[Standing], None]
+) -> None:
+    """Tell how far all have come, until they have ended."""
+    for future in futures:
+        future.add_done_callback(lambda _: news.put(_ENDED))
+    left = len(futures)
+    while left:
+        standing = news.get()
+        if standing is None:
+            left -= 1
+        else:
+            tell(standing)
 
 
 def _outcome(task: Task, future: Future[Outcome]) -> Outcome:
@@ -82,10 +99,13 @@ class _Worker:
     """What a process of the crew was given when it began."""
 
     news: News
+    halt: Event
 
 
-def _begin(news: News) -> None:
-    _Worker.news = news
+def _begin(news: News, halt: Event) -> None:
+    _Worker.news, _Worker.halt = news, halt
+    # Whoever is at the terminal interrupts all; the one that began this one says when it ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
 
 
@@ -101,4 +121,6 @@ def _run(task: Task) -> Outcome:
     run = SoakRun(task.options, task.checkpoint)
     for _ in run.jobs(task.hours):
         _Worker.news.put(run.standing())
+        if _Worker.halt.is_set():
+            break
     return run.outcome()
