@@ -44,6 +44,7 @@ def soak_of(**options):
 def test_a_robot_runs_errands_from_room_to_room():
     soak = soak_of()
     job = soak.run_job()
+    assert 0.0 < job.last_off <= job.worst_off < 0.5
     assert (job.outcome, job.way, job.false_arrival) == ("arrived", Way.OPEN, False)
     assert job.metres > 1.0
     assert job.seconds > 3.0

@@ -37,8 +37,9 @@ class Job(BaseModel):
     """One errand: metres, seconds, and what came of it.
 
     ``reason`` is None for a reported arrival, ``off`` then the metres from the place of the room;
-    ``x`` and ``y`` is where the robot really was at the end. ``mean_off`` and ``worst_off`` are the
-    mean and the greatest distance between belief and truth on the way. ``people_hit`` counts
+    ``x`` and ``y`` is where the robot really was at the end. ``mean_off``, ``worst_off`` and
+    ``last_off`` are the mean, the greatest and the last distance between belief and truth on the
+    way. ``people_hit`` counts
     contacts in which the robot came towards somebody faster than 0.1 m/s, ``walked_into`` those in
     which it did not: somebody came to it. ``bumps`` are all contacts.
     """
@@ -58,6 +59,7 @@ class Job(BaseModel):
     off: float
     mean_off: float
     worst_off: float
+    last_off: float | None = None
     confidence: float
     recoveries: int
     bumps: int

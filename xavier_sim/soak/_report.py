@@ -31,7 +31,7 @@ DOOR_HEAD = (
 )  # fmt: skip
 WRONG_HEAD = (
     "seed", "job", "hour", "from", "to", "way", "ended", "at x, m", "at y, m", "s", "m", "off, m",
-    "mean error, m", "worst error, m", "sure", "recoveries", "bumps",
+    "mean error, m", "worst error, m", "last error, m", "sure", "recoveries", "bumps",
 )  # fmt: skip
 
 DOORS = (
@@ -113,7 +113,7 @@ def _wrong(outcome: Outcome) -> list[Row]:
         (
             outcome.options.seed, job.number, f"{job.began / 3600:.3f}", job.start, job.goal,
             job.way, job.outcome, job.x, job.y, job.seconds, job.metres, job.off, job.mean_off,
-            job.worst_off, job.confidence, job.recoveries, job.bumps,
+            job.worst_off, job.last_off, job.confidence, job.recoveries, job.bumps,
         )
         for job in wrong[:MOST_ROWS]
     ]  # fmt: skip

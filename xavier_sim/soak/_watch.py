@@ -84,6 +84,7 @@ class Watch:
         self.goal = goal
         self._reach, self._number, self._before = reach, number, seen
         self._worst, self._sum, self._looks = 0.0, 0.0, 0
+        self._last: float | None = None
         self._open, self._shut = 0, 0
         self.doors_moved(seen.space, open_doors)
 
@@ -110,7 +111,7 @@ class Watch:
             tally: to count it in.
         """
         error = math.dist(at, [round(value, TOLD_DIGITS) for value in believed])
-        self._worst = max(self._worst, error)
+        self._worst, self._last = max(self._worst, error), error
         self._sum, self._looks = self._sum + error, self._looks + 1
         tally.sample(error=error, speed=speed)
 
@@ -138,6 +139,7 @@ class Watch:
             off=round(math.dist((seen.x, seen.y), (self.goal.x, self.goal.y)), 3),
             mean_off=round(self._sum / max(self._looks, 1), 3),
             worst_off=round(self._worst, 3),
+            last_off=None if self._last is None else round(self._last, 3),
             confidence=round(report.position.confidence, 4),
             recoveries=report.recoveries,
             bumps=seen.bumps - before.bumps,
