@@ -19,6 +19,7 @@ from navigate.routes import show_point
 from navigate.service._helm import SENSOR_SECONDS, Helm
 from navigate.service._telling import Teller
 from tca_bus import Context, Module, TaskContext, TaskError
+from xavier_sim.messages import Sensors
 
 log = logging.getLogger(__name__)
 
@@ -30,6 +31,7 @@ class GoalDesk:
         self._navigator, self._helm, self._teller = navigator, helm, teller
         self._errand: Drive | None = None
         self._ended, self._stopped_by, self._task = asyncio.Event(), "", ""
+        self._waits = False
         module.serve(NavigateToGoal, self._on_goal)
         module.serve(StopDriving, self._on_stop)
 
@@ -48,10 +50,9 @@ class GoalDesk:
             self._teller.began(self._errand, self._task)
 
     async def _on_goal(self, goal: NavigateToGoal, context: TaskContext) -> NavigationReport:
-        sensors = await self._helm.first_sensors()
         point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
+        sensors = await self._first_sensors(point)
         self._ended.clear()
-        self._stopped_by = ""
         self._task = context.id
         self._errand = errand = self._navigator.start(point, sensors)
         self._teller.began(errand, context.id)
@@ -66,6 +67,22 @@ class GoalDesk:
             await self._teller.ended()
         await self._helm.until_told()
         return self._ending(errand, point)
+
+    async def _first_sensors(self, point: Point) -> Sensors:
+        """What the robot senses, once it does.
+
+        Raises:
+            TaskError: ``lost``, it says nothing; ``cancelled``, somebody said stop meanwhile.
+        """
+        self._stopped_by, self._waits = "", True
+        try:
+            sensors = await self._helm.first_sensors()
+        finally:
+            self._waits = False
+        if self._stopped_by:
+            text = f"did not set out for {self._name(point)}: stopped by {self._stopped_by}"
+            raise TaskError(NavigationFailure.CANCELLED, text)
+        return sensors
 
     async def _until_ended(self) -> Drive:
         """Wait for the end of the drive under way; gives it.
@@ -84,7 +101,7 @@ class GoalDesk:
 
     async def _on_stop(self, _query: StopDriving, context: Context) -> Position:
         driving = self._errand is not None and not self._errand.done
-        if driving:
+        if driving or self._waits:
             self._stopped_by = context.sender
         await self._helm.stop()
         if driving:

@@ -16,7 +16,7 @@ from navigate_office import running
 from navigate_readings import reading
 
 from navigate.maps import Floor, load_plan
-from navigate.messages import NavigateToGoal, WhereAmI
+from navigate.messages import NavigateToGoal, StopDriving, WhereAmI
 from navigate.navigator import Navigator
 from navigate.service import NavigateService, _helm
 from navigate.service._intake import STILL, Intake, Kind
@@ -245,6 +245,24 @@ async def test_a_robot_that_falls_silent_ends_the_drive(monkeypatch):
                 await handle.result(timeout=20)
             assert caught.value.failure.name == "lost"
             assert (await robot.module.query(WhereAmI())).time == reading(1).time
+
+
+@pytest.mark.bus
+async def test_a_goal_that_is_stopped_before_the_robot_says_anything_never_begins():
+    async with bus() as options, central(options):
+        navigator = Navigator(Floor(load_plan()))
+        service, robot = NavigateService(navigator, options), Robot(options)
+        async with robot.module, running(service.run()):
+            await robot.module.wait_for(NavigateToGoal, timeout=10)
+            await service.module.wait_for(Drive, timeout=10)
+            handle = await robot.module.expand(NavigateToGoal(x=2187.0, y=7000.0))
+            await eventually(lambda: service._goals._waits)
+            await robot.module.query(StopDriving())
+            await robot.send(reading(1))
+            with pytest.raises(TaskFailedError, match=r"set out for .*stopped by") as caught:
+                await handle.result(timeout=20)
+            assert caught.value.failure.name == "cancelled"
+            assert not navigator.busy
 
 
 async def drive_to(module, x):
