@@ -44,8 +44,8 @@ BATCH = 24
 BATCH_METRES = 0.3
 """Metres after which it is corrected by those that there are."""
 
-MOST_READINGS = 240
-"""Readings that are kept for the grid at most."""
+MOST_READINGS, MOST_TICKS = 240, 600
+"""Readings that are kept for the grid at most, and ticks, of a robot that hears nothing new."""
 
 MEMORY = 0.012
 """Weight of a new reading in the running share of readings that agree."""
@@ -227,7 +227,7 @@ class PomdpLocalizer:
         self._readings.add(self._reports.pose, list(fresh_sonars(fresh)), ranges, striper)
         if self._readings.fresh >= BATCH or self._tracker.metres >= BATCH_METRES:
             self._read(still=still)
-        if self._readings.count >= MOST_READINGS:
+        if self._readings.count >= MOST_READINGS or self._readings.ticks >= MOST_TICKS:
             self._enter()
         if (found := self._search.go_on()) is not None:
             self._take(found, ranges)

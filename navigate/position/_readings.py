@@ -55,6 +55,11 @@ class Readings:
         self.count += len(sonars)
         self.fresh += len(sonars)
 
+    @property
+    def ticks(self) -> int:
+        """How many ticks they are of."""
+        return len(self._ticks)
+
     def clear(self) -> None:
         """Forget all of them."""
         self._ticks = []

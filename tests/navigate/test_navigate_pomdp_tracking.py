@@ -15,6 +15,7 @@ from navigate.navigator import Navigator
 from navigate.position import PomdpLocalizer
 from navigate.position._beacons import BeaconTracker
 from navigate.position._expected import ExpectedRanges
+from navigate.position._pomdp import MOST_TICKS
 from navigate.position._readings import MOUNTS, Readings, seen_from
 from navigate.position._search import Search
 from navigate.position._walls_met import nearest_points
@@ -299,3 +300,10 @@ def standing(tick, ranges):
         turn_rate=0.0,
         bump=0,
     )
+
+
+def test_a_robot_that_hears_nothing_new_keeps_nothing_of_it(localizer):
+    beams = np.full(31, 2.0)
+    for _ in range(2 * MOST_TICKS + 7):
+        localizer.sense(np.full(24, np.inf), 0, still=True, striper=beams)
+    assert localizer._readings.ticks == 7
