@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from tca_bus._policy_file import read_policy
     from tca_bus._presence import PresenceChange, PresentModule
     from tca_bus._protocol import Constraint, TaskState, TaskStatus
-    from tca_bus._record_stream import RecordStream, UnreadableError
+    from tca_bus._record_stream import RecordFile, RecordStream, UnreadableError
     from tca_bus._rights import Right
     from tca_bus._router import Guard, Router
     from tca_bus._sending import SendOptions
@@ -137,6 +137,7 @@ __all__ = [
     "PresentModule",
     "Query",
     "Reading",
+    "RecordFile",
     "RecordStream",
     "RefusedError",
     "Relation",
@@ -246,7 +247,7 @@ _HOMES = {
     "_policy_file": ("read_policy",),
     "_presence": ("PresenceChange", "PresentModule"),
     "_protocol": ("Constraint", "TaskState", "TaskStatus"),
-    "_record_stream": ("RecordStream", "UnreadableError"),
+    "_record_stream": ("RecordFile", "RecordStream", "UnreadableError"),
     "_rights": ("Right",),
     "_router": ("Guard", "Router"),
     "_sending": ("SendOptions",),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import struct
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
@@ -119,3 +121,50 @@ class RecordStream:
         if not dropped.isdecimal():
             raise UnreadableError(self.path, f"dropped is {dropped!r}, expected a number")
         self.is_finished, self.dropped = True, int(dropped)
+
+
+class RecordFile(ABC):
+    """A recording that is read from its beginning: a context manager; its kind says what is in it.
+
+    After the last record ``is_finished`` says whether the recorder came to its end, and ``dropped``
+    how many messages it lost.
+
+    Args:
+        path: of the file.
+        end: as of `RecordStream`.
+    """
+
+    def __init__(self, path: Path, *, end: str) -> None:
+        self.path = path
+        self._records = RecordStream(path, end=end)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the end has been read, as the recorder wrote it."""
+        return self._records.is_finished
+
+    @property
+    def dropped(self) -> int:
+        """How many messages the recorder lost, by what it wrote at its end."""
+        return self._records.dropped
+
+    def __enter__(self) -> Self:
+        try:
+            with ExitStack() as stack:
+                stack.enter_context(self._records)
+                self._begin()
+                stack.pop_all()
+        except (OSError, UnreadableError) as error:
+            raise self._unusable(error) from error
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._records.__exit__(*error)
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Read how the recording begins."""
+
+    @abstractmethod
+    def _unusable(self, error: OSError | UnreadableError) -> TcaError:
+        """What to say of a file that cannot be opened, or is no recording."""

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
 
 import mcap.records as rec
 from pydantic import ValidationError
 
 from tca_bus._errors import ConfigError, TcaError
-from tca_bus._record_stream import RecordStream, UnreadableError
+from tca_bus._record_stream import RecordFile, UnreadableError
 from tca_bus._recording import BEGINNING, END, ENVELOPES, PROFILE, SEQUENCES, Envelope, Passed
 
 EXPECTED = "a recording made by 'tca record'"
@@ -27,7 +25,7 @@ class RecordingError(TcaError):
         super().__init__(f"recording {path}: {why}")
 
 
-class RecordingReader:
+class RecordingReader(RecordFile):
     """Reads one recording from its beginning: a context manager and an iterator of `Passed`.
 
     After the last message ``is_finished`` says whether the recorder came to its end, and
@@ -39,37 +37,10 @@ class RecordingReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        super().__init__(path, end=END)
         self.realm = ""
-        self._records = RecordStream(path, end=END)
         self._envelope: Envelope | None = None
         self._expected = 0
-
-    @property
-    def is_finished(self) -> bool:
-        """Whether the end has been read, as the recorder wrote it."""
-        return self._records.is_finished
-
-    @property
-    def dropped(self) -> int:
-        """How many messages the recorder lost, by what it wrote at its end."""
-        return self._records.dropped
-
-    def __enter__(self) -> Self:
-        try:
-            with ExitStack() as stack:
-                stack.enter_context(self._records)
-                self._begin()
-                stack.pop_all()
-        except OSError as error:
-            expected = f"a file that can be read ({error.strerror or error})"
-            raise ConfigError("recording", str(self.path), expected) from None
-        except UnreadableError as error:
-            raise ConfigError("recording", str(self.path), EXPECTED) from error
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._records.__exit__(*error)
 
     def __iter__(self) -> Iterator[Passed]:
         count = 0
@@ -91,6 +62,12 @@ class RecordingReader:
         if not isinstance(beginning, rec.Metadata) or beginning.name != BEGINNING:
             raise ConfigError("recording", str(self.path), EXPECTED)
         self.realm = beginning.metadata.get("realm", "")
+
+    def _unusable(self, error: OSError | UnreadableError) -> ConfigError:
+        expected = EXPECTED
+        if isinstance(error, OSError):
+            expected = f"a file that can be read ({error.strerror or error})"
+        return ConfigError("recording", str(self.path), expected)
 
     def _message(self, record: rec.Message) -> Passed | None:
         """What passed; None for an envelope, whose message comes next."""

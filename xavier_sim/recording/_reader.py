@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
-from typing import Self
 
 import mcap.records as rec
 from google.protobuf.message import DecodeError
 from google.protobuf.wrappers_pb2 import BytesValue
 from pydantic import ValidationError
 
-from tca_bus import Payload, RecordStream, UnreadableError
+from tca_bus import Payload, RecordFile, UnreadableError
 from xavier_sim.recording._channels import ENCODING, FRAME
 from xavier_sim.recording._format import (
     BEGINNING,
@@ -27,7 +25,7 @@ from xavier_sim.recording._format import (
 )
 
 
-class RecordingReader:
+class RecordingReader(RecordFile):
     """Reads one recording: a context manager and an iterator of the messages on the wire.
 
     After the last one ``is_finished`` says whether the recorder came to its end, and ``dropped``
@@ -39,35 +37,8 @@ class RecordingReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
-        self._records = RecordStream(path, end=END)
+        super().__init__(path, end=END)
         self._next = 0
-
-    @property
-    def is_finished(self) -> bool:
-        """Whether the end has been read, as the recorder wrote it."""
-        return self._records.is_finished
-
-    @property
-    def dropped(self) -> int:
-        """How many messages the recorder lost, by what it wrote at its end."""
-        return self._records.dropped
-
-    def __enter__(self) -> Self:
-        try:
-            with ExitStack() as stack:
-                stack.enter_context(self._records)
-                self.beginning = self._begin()
-                stack.pop_all()
-        except OSError as error:
-            why = f"cannot be opened ({error.strerror or error})"
-            raise RecordingFileError(self.path, why) from None
-        except UnreadableError as error:
-            raise RecordingFileError(self.path, "is no MCAP file") from error
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._records.__exit__(*error)
 
     def __iter__(self) -> Iterator[Entry]:
         while (message := self._read()) is not None:
@@ -78,7 +49,13 @@ class RecordingReader:
                     name, self._payload(channel, message), message.log_time, message.sequence
                 )
 
-    def _begin(self) -> Beginning:
+    def _unusable(self, error: OSError | UnreadableError) -> RecordingFileError:
+        if isinstance(error, OSError):
+            why = f"cannot be opened ({error.strerror or error})"
+            return RecordingFileError(self.path, why)
+        return RecordingFileError(self.path, "is no MCAP file")
+
+    def _begin(self) -> None:
         if self._records.profile != PROFILE:
             raise RecordingFileError(self.path, _wrong_profile(self._records.profile))
         first = self._read()
@@ -86,7 +63,7 @@ class RecordingReader:
             raise RecordingFileError(self.path, "is cut off before its first message")
         if self._records.channels[first.channel_id].topic != BEGINNING:
             raise RecordingFileError(self.path, "does not begin as a recording does")
-        return self._beginning(first.data)
+        self.beginning = self._beginning(first.data)
 
     def _beginning(self, data: bytes) -> Beginning:
         try:
