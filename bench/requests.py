@@ -6,6 +6,7 @@ never moves, so that every request stays open. ``uv run python bench/requests.py
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import os
 import random
@@ -82,7 +83,7 @@ async def post_all(module: Module, count: int) -> None:
             deliver=deliver,
         )
         spent.append(await _timed(module, message))
-        if len(spent) == BATCH:
+        if len(spent) == BATCH or number == count - 1:
             say(f"post, {number + 1} open", spent)
             spent.clear()
 
@@ -126,4 +127,6 @@ async def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("count", type=int, nargs="?", default=COUNT, help="requests to post")
+    asyncio.run(main(max(TIMES, parser.parse_args().count)))

@@ -31,11 +31,11 @@ async def run(
 
     Args:
         map: Floor plan file, or the name of one that comes with the package.
-        seed: Of the position estimate's random numbers, 0 or more.
+        seed: Of the particle filter's random numbers, 0 or more; nothing else draws any.
         localizer: What estimates the position: a POMDP over the topological map, a particle filter,
             or odometry alone.
-        policy: How a robot that is lost picks its way to the goal on a belief that is spread
-            out: by vote, by the most likely state, or by the least expected cost.
+        policy: How a robot that is lost picks its way to the goal on the POMDP's belief, when that
+            is spread out: by vote, by the most likely state, or by the least expected cost.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """

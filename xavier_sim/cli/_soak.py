@@ -48,7 +48,7 @@ def soak(
         hours: Simulated hours to go on for.
         seed: Seed of everything random, 0 or more; 0 when not given.
         seeds: Several of them, as in "1,2,3": a soak of so many hours with each, side by side.
-        jobs: How many of them at a time; as many as there are cores when not given.
+        jobs: How many seeds at a time; as many as there are cores when not given.
         checkpoint: File to keep the soak in; if it is there, go on with it. With --seeds there is
             one for each, with the seed after its name.
         report: File for a page of HTML with all figures, plots, and every job that failed.
