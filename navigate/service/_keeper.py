@@ -31,8 +31,11 @@ def load(navigator: Navigator, kept: StateFile) -> None:
 
 
 async def keep(navigator: Navigator, kept: StateFile, *, sensed: Callable[[], bool]) -> None:
-    """Save about once a second what has changed, once the robot has ``sensed`` something."""
-    saved: dict[str, Any] = {}
+    """Save about once a second what has changed, once the robot has ``sensed`` something.
+
+    Where it cannot be written there is one word, until it can again.
+    """
+    saved, fails = dict[str, Any](), False
     while True:
         await asyncio.sleep(SAVE_SECONDS)
         state = navigator.snapshot()
@@ -40,6 +43,8 @@ async def keep(navigator: Navigator, kept: StateFile, *, sensed: Callable[[], bo
             continue
         try:
             await asyncio.to_thread(kept.save, state)
-            saved = state
+            saved, fails = state, False
         except OSError as error:
-            log.warning("%s cannot be written: %s", kept.path, error.strerror)
+            if not fails:
+                log.warning("%s cannot be written: %s", kept.path, error.strerror)
+            fails = True

@@ -28,7 +28,7 @@ from navigate.messages import (
     WhereIsRoom,
 )
 from navigate.navigator import Navigator
-from navigate.service import NavigateService
+from navigate.service import NavigateService, _keeper
 from navigate.service._map_desk import MapDesk
 from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
 from tca_bus.testing import bus, eventually
@@ -206,6 +206,28 @@ async def test_a_spoilt_state_is_left_aside(tmp_path, text, caplog):
         position = await asker.query(WhereAmI())
         assert math.dist((position.x, position.y), (start.x, start.y)) < 0.2
     assert "cannot be used" in caplog.text
+
+
+async def test_a_folder_that_cannot_be_written_is_told_once(tmp_path, monkeypatch, caplog):
+    tries, kept = [], StateFile(tmp_path)
+    monkeypatch.setattr(_keeper, "SAVE_SECONDS", 0.0)
+
+    def save(_state):
+        tries.append(len(tries))
+        if len(tries) != 4:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(kept, "save", save)
+    navigator = Navigator(Floor(load_plan()))
+
+    def sensed():
+        navigator.time += 1.0
+        return True
+
+    async with running(_keeper.keep(navigator, kept, sensed=sensed)):
+        await eventually(lambda: len(tries) > 7)
+    said = [line for line in caplog.messages if "cannot be written: No space" in line]
+    assert len(said) == 2
 
 
 @pytest.mark.parametrize(
