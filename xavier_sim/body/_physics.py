@@ -123,8 +123,11 @@ class RobotBody:
         body, heading = self._body, self._heading
         # Pymunk, which adds its forces, none here, would make a negative zero positive.
         vx, vy = speed * math.cos(heading) + 0.0, speed * math.sin(heading) + 0.0
-        body.velocity, body.angular_velocity = (vx, vy), turn_rate
-        self._pushed, self._state = (vx, vy, turn_rate + 0.0), None
+        pushed = (vx, vy, turn_rate + 0.0)
+        # Pymunk keeps what nothing ran into: a robot that stands needs no push.
+        if pushed != self._pushed or self.touches:
+            body.velocity, body.angular_velocity = (vx, vy), turn_rate
+        self._pushed, self._state = pushed, None
 
     def undo_overlap(self) -> None:
         """Move out of whatever was touched."""
