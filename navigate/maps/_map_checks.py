@@ -16,6 +16,10 @@ SLACK = 0.3
 FARTHEST = 10_000.0
 """No corner of a space is farther from 0 than this along an axis, metres."""
 
+MOST_AREA = 100_000.0
+"""Square metres of the rectangle round all spaces: what is expected to be heard and seen on a floor
+is kept for every ten centimetres of it."""
+
 LEAST_DOOR = 0.61
 """Metres of the robot's width: it passes no door that is as narrow."""
 
@@ -62,12 +66,21 @@ def _check_sizes(plan: FloorPlan) -> list[str]:
         for space in plan.spaces
         if _farthest(space) > FARTHEST
     ]
-    return far + [
+    return (far or _check_extent(plan)) + [
         f"space {space.name!r}: low must lie below and left of high, and be {LEAST_SPACE} m away "
         "or more"
         for space in plan.spaces
         if min(space.high.x - space.low.x, space.high.y - space.low.y) < LEAST_SPACE
     ]
+
+
+def _check_extent(plan: FloorPlan) -> list[str]:
+    lows, highs = [space.low for space in plan.spaces], [space.high for space in plan.spaces]
+    wide = max((at.x for at in highs), default=0.0) - min((at.x for at in lows), default=0.0)
+    tall = max((at.y for at in highs), default=0.0) - min((at.y for at in lows), default=0.0)
+    if wide * tall <= MOST_AREA:
+        return []
+    return [f"the floor spans {wide:g} m x {tall:g} m, expected {MOST_AREA:g} m² at most"]
 
 
 def _farthest(space: Space) -> float:

@@ -160,6 +160,13 @@ def test_a_map_of_a_continent_is_none_of_a_floor(tmp_path):
     def endless(raw):
         raw["spaces"][index_of(raw, "corridor-53")]["high"]["y"] = 1e9
 
+    def campus(raw):
+        for corner in ("low", "high"):
+            raw["spaces"][index_of(raw, "r-5301")][corner]["x"] -= 5000.0
+
+    said = problem(tmp_path, campus)
+    assert re.search(r"the floor spans 50\d\d.* m x \d+.* m, expected 100000 m² at most", said)
+
     said = problem(tmp_path, endless)
     assert "space 'corridor-53' reaches 1e+09 m from 0, expected 10000 at most" in said
 
