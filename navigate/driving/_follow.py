@@ -54,6 +54,9 @@ MOUTH_NEAR = 0.55
 
 MOUTH_AHEAD, MOUTH_BEHIND = 1.0, 0.3
 
+SHORT = 0.3
+"""Metres of a way whose direction says nothing of where the robot comes from."""
+
 SLACK = 1e-6
 """Metres by which mouths are looked for farther off than they matter: more than any rounding."""
 
@@ -230,8 +233,9 @@ def _reached(view: View, way: Way, tolerance: float) -> bool:
     away = math.dist(view.at, way.goal)
     if away < tolerance:
         return True
-    if way.length < 0.05:
-        return away < max(tolerance, 0.2)
+    if way.length < SHORT:
+        # The robot need not come along so short a way, nor pass its goal on it.
+        return away < max(1.5 * tolerance, 0.2)
     along, _ = way.locate(view.at)
     return along > way.length and away < 3.0 * tolerance
 

@@ -13,6 +13,7 @@ from navigate.driving._courtesy import Courtesy
 from navigate.driving._follow import follow, way_through
 from navigate.driving._safety import guard
 from navigate.driving._view import Trouble
+from navigate.maps import Point
 from xavier_sim.messages import Corner, Space, SpaceKind
 
 PERSON = 0.25
@@ -48,8 +49,14 @@ class Corridor:
 
     def drive(self, *, metres: float = 15.0, seconds: float = 120.0) -> Trouble | None:
         """Drive along, up to a touch; what stopped the robot, None when it came through."""
-        way = way_through(self.space, (0.0, 0.0), (metres, 0.0))
-        course = follow(self._view(0), way, self.courtesy)
+        return self.drive_way((0.0, 0.0), (metres, 0.0), seconds=seconds)
+
+    def drive_way(
+        self, start: Point, goal: Point, *, tolerance: float = 0.12, seconds: float = 120.0
+    ) -> Trouble | None:
+        """Drive a way, which need not begin where the robot is; as `drive`."""
+        way = way_through(self.space, start, goal)
+        course = follow(self._view(0), way, self.courtesy, tolerance=tolerance)
         view, wheels = None, Wheels(0.0, 0.0)
         for tick in range(round(seconds / TICK)):
             try:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from corridor import Corridor
 
 from navigate.driving import View
 from navigate.driving._view import Astray
@@ -56,3 +57,11 @@ def test_where_belief_stays_thin_it_takes_the_tracked_pose_after_a_look():
 def test_where_readings_contradict_the_goal_it_has_gone_astray():
     with pytest.raises(Astray):
         looking(replace(UNSURE, lost=True, goal_mass=1.0), sure_at=math.inf)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.2])
+def test_a_short_way_that_begins_elsewhere_is_driven_to_its_goal(tolerance):
+    """The last step of a drive may be some centimetres from behind a door, where nobody was yet."""
+    hall, goal = Corridor(), (0.54, 0.01)
+    assert hall.drive_way((0.553, 0.085), goal, tolerance=tolerance) is None
+    assert math.dist(hall.pose[:2], goal) < 0.3
