@@ -11,8 +11,8 @@ from xavier_sim.noise import restore_stream, stream, stream_state
 BEFORE_DOOR = 1.2
 """Metres before a door, on the middle of its opening, to which the robot drives out."""
 
-
 FEWEST_PLACES = 2
+"""Places that errands between places need."""
 
 
 class Goal(NamedTuple):
