@@ -37,6 +37,9 @@ from xavier_sim.messages import SONAR_COUNT, Sensors
 UNSEEN_SPREAD = 0.5
 """Doubt in metres after odometry was set anew: nobody saw how the robot moved."""
 
+FIX_SPREAD, FIX_TURN_SPREAD = 0.08, 0.04
+"""Doubt in metres and radians about a pose that an open door gave away."""
+
 ECHO_RANGE = 3.0
 """Metres within which echoes matter to a manoeuvre."""
 
@@ -116,6 +119,8 @@ class Navigator:
         self._search()
         self._watch_doors()
         self.wheels = self.driver.step(self._view(sensors))
+        if (fix := self.driver.take_fix()) is not None:
+            self.localizer.place(fix, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
         return self.wheels
 
     def start(self, goal: Point, sensors: Sensors) -> Drive:

@@ -64,7 +64,7 @@ class DoorFrame:
     """
 
     def __init__(self, door: Passage, sign: float, view: View) -> None:
-        self.door = door
+        self.door, self.sign = door, sign
         nx, ny = door.normal[0] * sign, door.normal[1] * sign
         heading = wrap(math.atan2(ny, nx) + view.odom[2] - view.pose[2])
         middle = _transfer(door.centre, view.pose, view.odom)

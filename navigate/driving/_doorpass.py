@@ -12,13 +12,26 @@ from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, wrap
 from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
+from navigate.driving._doorlook import look_along
 from navigate.driving._turning import turn_rate
-from navigate.driving._view import STOP, DoorMissed, DoorShut, Manoeuvre, View, Wheels
+from navigate.driving._view import (
+    STOP,
+    DoorMissed,
+    DoorShut,
+    Manoeuvre,
+    OffCourse,
+    View,
+    Wheels,
+)
 from navigate.maps import Passage
 from xavier_sim.messages import SONAR_COUNT
 
 DOOR_PATIENCE = 40.0
 """Simulated seconds that the robot waits before a shut door."""
+
+LOOK_AFTER, LOOK_AGAIN = 4.0, 14.0
+"""Seconds before a door that seems shut after which the robot looks along the wall, and for
+another time."""
 
 COMPANY_PATIENCE = 65.0
 """The same for somebody who stands in the way to or from it, and will not stay there for ever."""
@@ -67,6 +80,7 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
 
     Raises:
         DoorShut: it is closed or obstructed, and stayed so.
+        OffCourse: it is open, but elsewhere than the robot believed.
         DoorMissed: the robot did not get into line with it.
     """
     frame = DoorFrame(door, sign, view)
@@ -105,13 +119,20 @@ def _face(view: View, frame: DoorFrame) -> Manoeuvre[View]:
 def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
     """Look with the front sonar until two readings running say that the door is open.
 
-    Where nothing but its neighbours stands in for that one, they hear the jambs of an open door as
-    if it was shut: then the robot turns to look with the next sonar that is sound, and back.
+    Light that is seen to go through it says so too, and also where the door is instead. Where
+    nothing but its neighbours stands in for the front sonar, they hear the jambs of an open door
+    as if it was shut: then the robot turns to look with the next sonar that is sound, and back.
     """
     began, sees_open, eye = view.time, 0, 0
+    look_at = began + LOOK_AFTER
     while sees_open < 2:
         if view.time - began > DOOR_PATIENCE:
             raise DoorShut(frame.door.name, view.time - began)
+        if view.time >= look_at and view.sights:
+            view, sees_through = yield from _look_again(view, frame)
+            if sees_through:
+                break
+            look_at = view.time + LOOK_AGAIN
         eye = _eye(view)
         error = _off_door(view, frame, eye) if eye else 0.0
         if abs(error) > FACED:
@@ -121,6 +142,19 @@ def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
             sees_open = sees_open + 1 if _open(view, frame, eye) else 0
         view = yield STOP
     return (yield from _face(view, frame)) if eye else view
+
+
+def _look_again(view: View, frame: DoorFrame) -> Manoeuvre[tuple[View, bool]]:
+    """Look along the wall, and whether the door is open after all.
+
+    Raises:
+        OffCourse: it is, but elsewhere than it was looked for.
+    """
+    view, seen = yield from look_along(view, frame)
+    if seen is not None and not seen.is_as_believed:
+        raise OffCourse(frame.door.name, seen.pose, metres=seen.off, radians=seen.turned)
+    view = yield from _face(view, frame)
+    return view, seen is not None
 
 
 def _eye(view: View) -> int:

@@ -16,6 +16,7 @@ from navigate.driving._view import (
     DoorMissed,
     DoorShut,
     Manoeuvre,
+    OffCourse,
     Stuck,
     Trouble,
     WayBlocked,
@@ -28,6 +29,7 @@ LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
     Bumped: (6, NavigationFailure.BUMP),
     DoorShut: (4, NavigationFailure.DOOR_BLOCKED),
     DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
+    OffCourse: (4, NavigationFailure.DOOR_BLOCKED),
     WayBlocked: (5, NavigationFailure.CORRIDOR_BLOCKED),
     Stuck: (2, NavigationFailure.NO_PROGRESS),
     Astray: (6, NavigationFailure.LOST),
@@ -80,7 +82,7 @@ class Drive:
         """The door that ended the drive, None if none did."""
         met = self.troubles[-1] if self.troubles else None
         ended = self.failure is not None and self.failure.by_trouble
-        return met.door if ended and isinstance(met, DoorShut | DoorMissed) else None
+        return met.door if ended and isinstance(met, DoorShut | DoorMissed | OffCourse) else None
 
     def meet(self, trouble: Trouble) -> None:
         """Count a trouble.

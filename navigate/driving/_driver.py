@@ -22,6 +22,7 @@ from navigate.driving._view import (
     Bumped,
     DoorShut,
     Manoeuvre,
+    OffCourse,
     Rerouted,
     Stuck,
     Trouble,
@@ -71,6 +72,7 @@ class Driver:
         self.doors = doors or DoorLog()
         self._view: View | None = None
         self.drive: Drive | None = None
+        self._fix: Pose | None = None
 
     def start(self, goal: Point, view: View) -> Drive:
         """Take on a goal in metres; the drive's fields tell how it goes."""
@@ -90,6 +92,11 @@ class Driver:
     def busy(self) -> bool:
         """Whether there is a goal under way."""
         return self.drive is not None and not self.drive.done
+
+    def take_fix(self) -> Pose | None:
+        """Where the robot stands on the map, once, when it has measured that at this tick."""
+        fix, self._fix = self._fix, None
+        return fix
 
     def without_company(self, ranges: Floats, pose: Pose) -> Floats:
         """A ring of ranges in metres, less what comes from those who stand around the robot."""
@@ -190,6 +197,8 @@ class Driver:
         except DoorShut:
             self.doors.find_shut(door.name)
             raise
+        except OffCourse:
+            raise
         except Trouble:
             self.doors.get_stuck(door.name)
             raise
@@ -251,6 +260,8 @@ class Driver:
             return (yield from back_off(view, trouble.direction))
         if isinstance(trouble, DoorShut):
             self._memory.shut(trouble.door, view.time)
+        elif isinstance(trouble, OffCourse):
+            self._fix = trouble.pose
         elif isinstance(trouble, WayBlocked):
             self._memory.blocked(trouble.at, view.time)
             if not self._has_way_round(drive, view):

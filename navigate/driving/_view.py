@@ -114,6 +114,22 @@ class DoorMissed(Trouble):
         super().__init__(f"could not get into line with door {door}")
 
 
+class OffCourse(Trouble):
+    """The robot stands elsewhere than it believed: a door that it sees open tells it where.
+
+    ``pose`` is that place on the map; ``metres`` is how far beside it the door was looked for, and
+    ``radians`` by how much turned.
+    """
+
+    def __init__(self, door: str, pose: Pose, *, metres: float, radians: float) -> None:
+        self.door, self.pose, self.metres, self.radians = door, pose, metres, radians
+        degrees = round(math.degrees(abs(radians)))
+        super().__init__(
+            f"saw door {door} open {abs(metres):.2f} m beside and turned by {degrees} degrees from "
+            "where it was looked for"
+        )
+
+
 class WayBlocked(Trouble):
     """Something stands in the way, near ``at``, and does not go away."""
 
