@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections.abc import Sequence
 
 from navigate.messages import StopDriving, WhereAmI
 from tca_bus import Context, Module
 from xavier_sim.floors import build_geometry
-from xavier_sim.messages import FloorPlan, MoveDoor, Sensors, TrueLocation, WhereReally
+from xavier_sim.messages import (
+    FloorPlan,
+    MoveDoor,
+    Sensors,
+    ShowWorld,
+    Standing,
+    TrueLocation,
+    WhereReally,
+)
 from xavier_sim.profile import TICK
 from xavier_sim.soak import LOOK_EVERY, TIME_LIMIT, Course, DoorMove, Watch
 
@@ -26,12 +35,13 @@ class Attendant:
         plan: the floor as it is; all its doors are open.
         course: whose doors are moved, and in whose tally looks are counted.
         began: where the robot was at the beginning.
+        crowded: whether there are people or carts.
     """
 
     def __init__(
-        self, module: Module, plan: FloorPlan, course: Course, began: TrueLocation
+        self, module: Module, plan: FloorPlan, course: Course, began: TrueLocation, *, crowded: bool
     ) -> None:
-        self._module, self._course = module, course
+        self._module, self._course, self._crowded = module, course, crowded
         self._first, self._start_time = began.tick, began.time
         self.open_doors = dict.fromkeys(build_geometry(plan).door_names, True)
         self.watch: Watch | None = None
@@ -47,8 +57,14 @@ class Attendant:
 
     async def see(self) -> TrueLocation:
         """The truth about the robot now."""
-        seen = await self._module.query(WhereReally())
-        return seen.model_copy(update={"tick": seen.tick - self._first})
+        return self._since_first(await self._module.query(WhereReally()))
+
+    async def see_all(self) -> tuple[TrueLocation, Sequence[Standing]]:
+        """The same, and who and what stands about, at the same tick."""
+        if not self._crowded:
+            return await self.see(), ()
+        world = await self._module.query(ShowWorld())
+        return self._since_first(world.robot), world.standing
 
     async def attend(self) -> None:
         """Do what is due, tick after tick, until cancelled."""
@@ -84,17 +100,21 @@ class Attendant:
         if await self.move(self._course.doors.due(tick)):
             self._course.tally.door_moves += 1
             if self.watch is not None:
-                self.watch.doors_moved((await self.see()).space, self.open_doors)
+                self.watch.doors_moved((await self.see()).space, self.open_doors, tick)
         if self.watch is not None and tick % LOOK_EVERY == 0:
             await self._look(self.watch, tick)
 
     async def _look(self, watch: Watch, tick: int) -> None:
-        seen, believed = await self.see(), await self._module.query(WhereAmI())
+        seen, around = await self.see_all()
+        believed = await self._module.query(WhereAmI())
         where = (believed.x, believed.y)
-        watch.look((seen.x, seen.y), where, self._speed, self._course.tally)
+        watch.look((seen.x, seen.y), where, self._speed, self._course.tally, around)
         if watch.seconds(tick) >= TIME_LIMIT and not self.gave_up:
             self.gave_up = True
             await self._module.query(StopDriving())
+
+    def _since_first(self, seen: TrueLocation) -> TrueLocation:
+        return seen.model_copy(update={"tick": seen.tick - self._first})
 
     def _after(self, tick: int) -> int:
         """The next tick at which something is due."""

@@ -54,9 +54,11 @@ class BusSoak:
             return None
         attendant.watch, attendant.gave_up = watch, False
         reason, report = await self._drive(watch)
-        seen = await attendant.see()
+        seen, around = await attendant.see_all()
         await attendant.until_acted(seen.tick)
-        job = watch.judge(ENDLESS if attendant.gave_up else reason, report, seen)
+        reason = ENDLESS if attendant.gave_up else reason
+        here = report.position
+        job = watch.judge(reason, report, seen, (here.x, here.y, here.theta), around)
         needs_help = self._course.enter(job)
         await self._rest(seen.tick + self._rest_ticks)
         if needs_help:
@@ -112,7 +114,8 @@ async def soak_over_bus(options: SoakOptions, hours: float, tell: Tell) -> Outco
             Module("soak", options=bus, sole=True) as module,
         ):
             spending = Spending(launcher, [spec.name for spec in specs])
-            attendant = Attendant(module, plan, course, await module.query(WhereReally()))
+            began, crowded = await module.query(WhereReally()), options.people + options.carts > 0
+            attendant = Attendant(module, plan, course, began, crowded=crowded)
             await attendant.move(course.doors.furnish())
             module.start(attendant.attend(), name="attendant")
             soak = BusSoak(module, plan, course, attendant, options.rest)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,16 @@ def test_the_table_names_reasons(capsys):
     out, _ = capsys.readouterr()
     assert "asleep" in out
     assert "recoveries per km" in out
+
+
+def test_failures_are_explained_on_the_terminal_the_first_ten_of_them(capsys):
+    command("--hours", "0.02", "--map", FLOOR, "--navigator", STANDING, "--shut", "0")
+    out, _ = capsys.readouterr()
+    told = [line for line in out.splitlines() if line.startswith("job ")]
+    assert len(told) == 10
+    assert re.match(r"job 0 at 0\.00 h, hall to r-\d: gave r-\d up as asleep: stood", told[0])
+    jobs = int(re.search(r"^jobs +(\d+)", out, re.MULTILINE)[1])
+    assert out.splitlines()[-1] == f"... and {jobs - 10} more"
 
 
 @pytest.mark.process

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 from xml.etree import ElementTree as ET
 
@@ -9,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_soak import FLOOR, job_of
+from test_soak_postmortem import facts_of
 
-from xavier_sim.soak import Outcome, SoakOptions, report, together
+from xavier_sim.soak import Outcome, SoakOptions, explain, report, together
 from xavier_sim.soak._charts import Axis, bars, columns, curves, nice_step, plan_view, points
 from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._tally import Tally
@@ -101,6 +103,20 @@ def test_the_report_shows_every_job_that_did_not_end_as_it_should():
     assert "r-&lt;2&gt;" in wrong
     assert text.count("<svg") == 7
     assert not re.search(r"(?:src|href)=", text), "the page needs nothing else"
+
+
+def test_the_report_says_why_jobs_failed_by_the_truth():
+    facts = facts_of(space="<hall>", believed_x=4.0, along=-1.0, turned=3.0)
+    jobs = [job_of(number=3, reason="lost", post_mortem=facts), job_of(number=4, reason="lost")]
+    summary, text = page(jobs)
+    why = explain(jobs[0], facts)
+    assert [(one.number, one.why, one.facts) for one in summary.failures] == [(3, why, facts)]
+    told = text.split("Failures, explained</h2>")[1].split("</table>")[0]
+    rows = [re.findall(r"<td>(.*?)</td>", line) for line in told.splitlines() if "<td>" in line]
+    assert rows == [
+        ["7", "3", "0.000", "r-1", "r-2", "lost", "-1.0", "0.0", "3.0", html.escape(why)],
+    ]
+    assert "&lt;hall&gt;" in rows[0][-1]
 
 
 def test_a_report_of_no_jobs_is_a_page():

@@ -27,6 +27,9 @@ from xavier_sim.soak import (
 )
 from xavier_sim.soak import report as write_report
 
+MOST_FAILURES = 10
+"""Failures that are explained on the terminal; report and document have all."""
+
 
 def soak(
     *,
@@ -124,10 +127,23 @@ def _show(outcomes: Sequence[Outcome], flags: BusFlags) -> None:
         columns = [*summaries, total]
     if not flags.json:
         _show_tables(names, columns)
+        _show_failures(outcomes)
     elif len(summaries) == 1:
         emit_json(summaries[0])
     else:
         emit_json(Totals(total=columns[-1], seeds=tuple(summaries)))
+
+
+def _show_failures(outcomes: Sequence[Outcome]) -> None:
+    failures = [(one.options.seed, why) for one in outcomes for why in one.failures()]
+    if failures:
+        emit("")
+    for seed, one in failures[:MOST_FAILURES]:
+        whose = f"seed {seed}, " if len(outcomes) > 1 else ""
+        way = f"{one.start or 'nowhere'} to {one.goal}"
+        emit(f"{whose}job {one.number} at {one.began / 3600:.2f} h, {way}: {one.why}")
+    if len(failures) > MOST_FAILURES:
+        emit(f"... and {len(failures) - MOST_FAILURES} more")
 
 
 def _show_tables(names: Sequence[str], columns: Sequence[Figures]) -> None:

@@ -2,6 +2,7 @@
 
 from xavier_sim.soak._contract import (
     Believed,
+    BlamesDoor,
     DriveReport,
     DriveUnderWay,
     Failure,
@@ -13,17 +14,29 @@ from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._course import Course
 from xavier_sim.soak._doors import DoorKeeper, DoorMove
 from xavier_sim.soak._errands import Goal
+from xavier_sim.soak._explaining import explain
 from xavier_sim.soak._figure_rows import figure_rows, reason_rows
-from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job, Way
+from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
 from xavier_sim.soak._mishaps import FAULT_KINDS, FaultKind
 from xavier_sim.soak._options import SoakOptions
+from xavier_sim.soak._postmortem import Company, PostMortem, RoomDoor
 from xavier_sim.soak._report import report
 from xavier_sim.soak._running import SoakRun, Standing
 from xavier_sim.soak._soak import EPOCH, Soak
-from xavier_sim.soak._summary import Figures, Outcome, Rate, Spread, Summary, Totals, together
+from xavier_sim.soak._summary import (
+    Explained,
+    Figures,
+    Outcome,
+    Rate,
+    Spread,
+    Summary,
+    Totals,
+    together,
+)
 from xavier_sim.soak._tally import Tally
 from xavier_sim.soak._watch import LOOK_EVERY, Seen, Watch
+from xavier_sim.soak._way import Way
 
 __all__ = [
     "ENDLESS",
@@ -32,12 +45,15 @@ __all__ = [
     "LOOK_EVERY",
     "TIME_LIMIT",
     "Believed",
+    "BlamesDoor",
+    "Company",
     "Cost",
     "Course",
     "DoorKeeper",
     "DoorMove",
     "DriveReport",
     "DriveUnderWay",
+    "Explained",
     "Failure",
     "FaultKind",
     "Figures",
@@ -47,7 +63,9 @@ __all__ = [
     "NavigatorError",
     "NavigatorFactory",
     "Outcome",
+    "PostMortem",
     "Rate",
+    "RoomDoor",
     "Seen",
     "Soak",
     "SoakOptions",
@@ -60,6 +78,7 @@ __all__ = [
     "Watch",
     "Way",
     "Wheels",
+    "explain",
     "figure_rows",
     "load_factory",
     "navigator_names",

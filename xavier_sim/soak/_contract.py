@@ -70,6 +70,16 @@ class DriveReport(Protocol):
         ...
 
 
+@runtime_checkable
+class BlamesDoor(Protocol):
+    """A `DriveReport` that also tells whose door has ended the drive."""
+
+    @property
+    def door(self) -> str | None:
+        """The room that the door belongs to."""
+        ...
+
+
 Drive = TypeVar("Drive", bound=DriveUnderWay)
 
 

@@ -7,8 +7,10 @@ from typing import Any
 
 from xavier_sim.floors import build_geometry
 from xavier_sim.messages import FloorPlan
+from xavier_sim.profile import PROFILES
 from xavier_sim.soak._doors import DoorKeeper
 from xavier_sim.soak._errands import DoorTrials, Errands, RandomErrands
+from xavier_sim.soak._examiner import Examiner
 from xavier_sim.soak._jobs import Job
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._reaching import Reach
@@ -38,6 +40,7 @@ class Course:
             seed=options.seed,
         )
         self._reach = Reach(plan)
+        self._examiner = Examiner(plan, PROFILES[options.profile].base.radius)
         self._errands: Errands = (
             DoorTrials(plan, options.doors_in_and_out)
             if options.doors_in_and_out
@@ -55,13 +58,13 @@ class Course:
         goal = self._errands.next(seen.space)
         if goal is None:
             return None
-        return Watch(self._reach, goal, seen, open_doors, number=len(self.tally.jobs))
+        number = len(self.tally.jobs)
+        return Watch(self._reach, self._examiner, goal, seen, open_doors, number=number)
 
     def enter(self, job: Job) -> bool:
         """Count a job that was judged; true when somebody should help the robot now."""
         self.tally.jobs.append(job)
-        failed = job.reason is not None and not job.refused_rightly
-        self._unlucky = self._unlucky + 1 if failed or job.false_arrival else 0
+        self._unlucky = self._unlucky + 1 if job.went_wrong else 0
         if self._unlucky < PATIENCE:
             return False
         self._unlucky = 0

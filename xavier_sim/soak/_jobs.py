@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import enum
 import statistics
 from collections import Counter
 from collections.abc import Iterable
 
 from pydantic import BaseModel, ConfigDict
+
+from xavier_sim.soak._postmortem import PostMortem
+from xavier_sim.soak._way import Way
 
 ASTRAY = 0.5
 """Metres from the place of a room beyond which a robot that reports arrival is elsewhere."""
@@ -22,17 +24,6 @@ BLOCKED_REASONS = frozenset({"door_blocked", "corridor_blocked", "no_route"})
 """What a drive may fail with where the doors left no way for some of its time."""
 
 
-class Way(enum.StrEnum):
-    """Whether the doors left a way from the robot to the goal while it drove."""
-
-    OPEN = "open"
-    """At all times."""
-    SHUT = "shut"
-    """At no time."""
-    CHANGING = "changing"
-    """At some times, so that both arriving and giving up are right."""
-
-
 class Job(BaseModel):
     """One errand: metres, seconds, and what came of it.
 
@@ -41,7 +32,8 @@ class Job(BaseModel):
     ``last_off`` are the mean, the greatest and the last distance between belief and truth on the
     way. ``people_hit`` counts
     contacts in which the robot came towards somebody faster than 0.1 m/s, ``walked_into`` those in
-    which it did not: somebody came to it. ``bumps`` are all contacts.
+    which it did not: somebody came to it. ``bumps`` are all contacts. ``post_mortem`` has the facts
+    about one that `went_wrong`.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -65,6 +57,7 @@ class Job(BaseModel):
     bumps: int
     people_hit: int = 0
     walked_into: int = 0
+    post_mortem: PostMortem | None = None
 
     @property
     def arrived(self) -> bool:
@@ -80,6 +73,11 @@ class Job(BaseModel):
     def refused_rightly(self) -> bool:
         """Whether a drive failed for the doors, and they did leave no way for a time."""
         return self.way is not Way.OPEN and self.reason in BLOCKED_REASONS
+
+    @property
+    def went_wrong(self) -> bool:
+        """Whether it neither arrived nor was right to give up."""
+        return not self.arrived and not self.refused_rightly
 
     @property
     def outcome(self) -> str:

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from xavier_sim.floors import build_geometry, load_floor
 from xavier_sim.soak._charts import Axis, Point, bars, columns, curves, plan_view, points
-from xavier_sim.soak._jobs import Job, Way
+from xavier_sim.soak._jobs import Job
 from xavier_sim.soak._summary import Outcome, together
+from xavier_sim.soak._way import Way
 
 WINDOW = 50
 """Jobs over which running figures are taken."""

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
 from xavier_sim.soak._figure_rows import figure_rows
-from xavier_sim.soak._jobs import Job, Way
+from xavier_sim.soak._jobs import Job
 from xavier_sim.soak._plots import plots
 from xavier_sim.soak._summary import Figures, Outcome, together
+from xavier_sim.soak._way import Way
 
 MOST_ROWS = 500
 """Jobs that the list of failures shows at most."""
@@ -22,6 +23,7 @@ figure { margin: 0; }
 table { border-collapse: collapse; margin: 1em 0; font-size: 14px; }
 td, th { padding: 2px 10px; text-align: right; border-bottom: 1px solid #8884; }
 td:first-child, th:first-child { text-align: left; }
+table.words :is(td, th):last-child { text-align: left; }
 tr.sum td { font-weight: bold; }
 @media (prefers-color-scheme: dark) { body { color: #ddd; background: #1b1b1b; } }
 """
@@ -33,6 +35,16 @@ WRONG_HEAD = (
     "seed", "job", "hour", "from", "to", "way", "ended", "at x, m", "at y, m", "s", "m", "off, m",
     "mean error, m", "worst error, m", "last error, m", "sure", "recoveries", "bumps",
 )  # fmt: skip
+
+WHY_HEAD = (
+    "seed", "job", "hour", "from", "to", "ended", "error along, m", "across, m", "heading, degrees",
+    "why",
+)  # fmt: skip
+
+EXPLAINED = (
+    "By the truth, at the end of each of these jobs. Errors are truth less belief along the longer "
+    "side of the space in which the robot stood, and across; positive are east, north, and left."
+)
 
 DOORS = (
     "Of the jobs whose way was open at all times: <i>stuck</i> met trouble and had to recover, "
@@ -57,6 +69,9 @@ def report(outcomes: Sequence[Outcome]) -> str:
         _table(DOOR_HEAD, _doors(jobs), sums=1),
         "<h2>What did not end as it should</h2>",
         _table(WRONG_HEAD, [row for one in outcomes for row in _wrong(one)]),
+        "<h2>Failures, explained</h2>",
+        f"<p>{EXPLAINED}</p>",
+        _table(WHY_HEAD, [row for one in outcomes for row in _whys(one)], style="words"),
         "<h2>Options</h2>",
         _table(("option", "value"), _options(outcomes)),
     ]
@@ -108,7 +123,7 @@ def _door(goal: str, jobs: Sequence[Job]) -> Row:
 
 def _wrong(outcome: Outcome) -> list[Row]:
     jobs = outcome.tally.jobs
-    wrong = [job for job in jobs if not job.arrived and not job.refused_rightly]
+    wrong = [job for job in jobs if job.went_wrong]
     return [
         (
             outcome.options.seed, job.number, f"{job.began / 3600:.3f}", job.start, job.goal,
@@ -119,20 +134,30 @@ def _wrong(outcome: Outcome) -> list[Row]:
     ]  # fmt: skip
 
 
+def _whys(outcome: Outcome) -> Iterator[Row]:
+    for one in outcome.failures()[:MOST_ROWS]:
+        facts = one.facts
+        yield (
+            outcome.options.seed, one.number, f"{one.began / 3600:.3f}", one.start, one.goal,
+            one.outcome, facts.along, facts.across, facts.turned, one.why,
+        )  # fmt: skip
+
+
 def _options(outcomes: Sequence[Outcome]) -> list[Row]:
     options = outcomes[0].options.model_dump(exclude={"seed"})
     return [("seed", ", ".join(str(one.options.seed) for one in outcomes)), *options.items()]
 
 
-def _table(head: Sequence[str], rows: Iterable[Row], *, sums: int = 0) -> str:
-    """A table; so many of its first rows are sums of the others."""
+def _table(head: Sequence[str], rows: Iterable[Row], *, sums: int = 0, style: str = "") -> str:
+    """A table; so many of its first rows are sums of the others. ``style`` is its class."""
     lines = ["".join(f"<td>{escape(_shown(cell))}</td>" for cell in row) for row in rows]
     top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = [
         f'<tr class="sum">{line}</tr>' if number < sums else f"<tr>{line}</tr>"
         for number, line in enumerate(lines)
     ]
-    return "\n".join(["<table>", *([f"<tr>{top}</tr>"] if any(head) else []), *body, "</table>"])
+    begin = f'<table class="{style}">' if style else "<table>"
+    return "\n".join([begin, *([f"<tr>{top}</tr>"] if any(head) else []), *body, "</table>"])
 
 
 def _shown(cell: object) -> str:

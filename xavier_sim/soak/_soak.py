@@ -106,7 +106,8 @@ class Soak:
             self._tick(watch)
         failure = drive.failure
         reason = (str(failure.reason) if failure else None) if drive.done else ENDLESS
-        job = watch.judge(reason, self.navigator.report(drive), self.world.truth())
+        report, believed = self.navigator.report(drive), self.navigator.pose
+        job = watch.judge(reason, report, self.world.truth(), believed, self.world.discs)
         self.navigator.cancel()
         return job
 
@@ -116,10 +117,12 @@ class Soak:
         # Not any(): each of them is to be done.
         if sum(self._move(move) for move in self.course.doors.due(self.world.tick)):
             self.course.tally.door_moves += 1
-            watch.doors_moved(self.world.truth().space, self.world.open_doors)
+            here, tick = self.world.truth().space, self.world.tick
+            watch.doors_moved(here, self.world.open_doors, tick)
         if self.world.tick % LOOK_EVERY == 0:
             at, believed = self.world.pose[:2], self.navigator.pose[:2]
-            watch.look(at, believed, self._sensors.speed, self.course.tally)
+            discs = self.world.discs
+            watch.look(at, believed, self._sensors.speed, self.course.tally, discs)
 
     def _move(self, move: DoorMove) -> bool:
         """Open or shut a door; true when it moved."""

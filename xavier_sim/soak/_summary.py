@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from pydantic import BaseModel, ConfigDict
 
 from xavier_sim.soak._cost import Cost
+from xavier_sim.soak._explaining import explain
 from xavier_sim.soak._histogram import Histogram
-from xavier_sim.soak._jobs import Job, Way, median_speed, outcomes
+from xavier_sim.soak._jobs import Job, median_speed, outcomes
 from xavier_sim.soak._options import SoakOptions
+from xavier_sim.soak._postmortem import PostMortem
 from xavier_sim.soak._tally import Tally
+from xavier_sim.soak._way import Way
 
 
 class Rate(BaseModel):
@@ -82,10 +85,28 @@ class Figures(BaseModel):
     memory_mb: tuple[float, float]
 
 
+class Explained(BaseModel):
+    """A job that went wrong: when, from where to where, how it ended, and why.
+
+    ``began`` is in simulated seconds; ``why`` is a sentence, made from the ``facts``.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    number: int
+    began: float
+    start: str | None
+    goal: str
+    outcome: str
+    why: str
+    facts: PostMortem
+
+
 class Summary(Figures):
-    """The figures of a soak, and its options."""
+    """The figures of a soak, its options, and each of its failures explained."""
 
     options: SoakOptions
+    failures: tuple[Explained, ...] = ()
 
 
 class Totals(BaseModel):
@@ -108,7 +129,12 @@ class Outcome:
 
     def summary(self) -> Summary:
         """Its figures."""
-        return Summary(**dict(_figures(self.tally, self.seconds, self.cost)), options=self.options)
+        figures = _figures(self.tally, self.seconds, self.cost)
+        return Summary(**dict(figures), options=self.options, failures=self.failures())
+
+    def failures(self) -> tuple[Explained, ...]:
+        """Why each job went wrong that did, but for those kept before there were post-mortems."""
+        return tuple(one for job in self.tally.jobs if (one := _explained(job)))
 
 
 def together(outcomes: Sequence[Outcome]) -> tuple[Figures, Tally]:
@@ -150,6 +176,20 @@ def _figures(tally: Tally, seconds: float, cost: Cost) -> Figures:
         wall_seconds=round(cost.wall, 1),
         cpu_seconds=round(cost.cpu, 1),
         memory_mb=(round(cost.memory_early, 1), round(cost.memory, 1)),
+    )
+
+
+def _explained(job: Job) -> Explained | None:
+    if job.post_mortem is None:
+        return None
+    return Explained(
+        number=job.number,
+        began=job.began,
+        start=job.start,
+        goal=job.goal,
+        outcome=job.outcome,
+        why=explain(job, job.post_mortem),
+        facts=job.post_mortem,
     )
 
 

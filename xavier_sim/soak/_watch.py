@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from xavier_sim.profile import TICK
-from xavier_sim.soak._contract import DriveReport
+from xavier_sim.soak._contract import BlamesDoor, DriveReport, Pose
 from xavier_sim.soak._errands import Goal
-from xavier_sim.soak._jobs import Job, Way
+from xavier_sim.soak._evidence import Evidence
+from xavier_sim.soak._examiner import Examiner, Upright
+from xavier_sim.soak._jobs import Job
 from xavier_sim.soak._reaching import Reach
 from xavier_sim.soak._tally import Tally
+from xavier_sim.soak._way import Way
 
 LOOK_EVERY = 10
 """Ticks between two looks at where the robot is and believes to be: one second."""
 
+DOOR_BLOCKED = "door_blocked"
+"""The reason with which a navigator may name a door."""
+
 TOLD_DIGITS = 4
-"""Decimals of metres that a navigator tells on the bus: both kinds of soak get the same figures."""
+"""Decimals of metres and radians that a navigator tells on the bus, so that both kinds of soak get
+the same figures."""
 
 
 class Seen(Protocol):
@@ -34,6 +41,11 @@ class Seen(Protocol):
     @property
     def y(self) -> float:
         """Metres north."""
+        ...
+
+    @property
+    def theta(self) -> float:
+        """Radians from east, counter-clockwise."""
         ...
 
     @property
@@ -72,6 +84,7 @@ class Watch:
 
     Args:
         reach: of the floor.
+        examiner: of the floor.
         goal: to which the robot is sent.
         seen: the robot before it is sent.
         open_doors: how every door stands then, by its own name.
@@ -79,28 +92,42 @@ class Watch:
     """
 
     def __init__(
-        self, reach: Reach, goal: Goal, seen: Seen, open_doors: Mapping[str, bool], *, number: int
+        self,
+        reach: Reach,
+        examiner: Examiner,
+        goal: Goal,
+        seen: Seen,
+        open_doors: Mapping[str, bool],
+        *,
+        number: int,
     ) -> None:
         self.goal = goal
+        self._evidence = Evidence(examiner, LOOK_EVERY * TICK)
         self._reach, self._number, self._before = reach, number, seen
         self._worst, self._sum, self._looks = 0.0, 0.0, 0
         self._last: float | None = None
         self._open, self._shut = 0, 0
-        self.doors_moved(seen.space, open_doors)
+        self.doors_moved(seen.space, open_doors, seen.tick)
 
     def seconds(self, tick: int) -> float:
         """Simulated seconds from the beginning of the drive to a tick."""
         return (tick - self._before.tick) * TICK
 
-    def doors_moved(self, here: str | None, open_doors: Mapping[str, bool]) -> None:
+    def doors_moved(self, here: str | None, open_doors: Mapping[str, bool], tick: int) -> None:
         """Look anew whether there is a way from a space to the goal."""
+        self._evidence.doors_moved(tick, open_doors)
         if here is None or self._reach.reachable(here, self.goal.space, open_doors):
             self._open += 1
         else:
             self._shut += 1
 
     def look(
-        self, at: tuple[float, float], believed: tuple[float, float], speed: float, tally: Tally
+        self,
+        at: tuple[float, float],
+        believed: tuple[float, float],
+        speed: float,
+        tally: Tally,
+        around: Sequence[Upright],
     ) -> None:
         """Compare truth and belief, once in `LOOK_EVERY` ticks.
 
@@ -109,20 +136,46 @@ class Watch:
             believed: where its navigator says that it is.
             speed: that its wheels tell, m/s.
             tally: to count it in.
+            around: who and what stands about, all of them or none.
         """
         error = math.dist(at, [round(value, TOLD_DIGITS) for value in believed])
         self._worst, self._last = max(self._worst, error), error
         self._sum, self._looks = self._sum + error, self._looks + 1
+        self._evidence.look(at, error, around)
         tally.sample(error=error, speed=speed)
 
-    def judge(self, reason: str | None, report: DriveReport, seen: Seen) -> Job:
+    def judge(
+        self,
+        reason: str | None,
+        report: DriveReport,
+        seen: Seen,
+        believed: Pose,
+        around: Sequence[Upright],
+    ) -> Job:
         """The job as it ended with a robot that is seen now.
 
         Args:
             reason: of the failure that was reported, None for an arrival.
             report: what the navigator says of the drive.
             seen: the robot where it stands.
+            believed: where its navigator says that it stands.
+            around: who and what stands about.
         """
+        job = self._job(reason, report, seen)
+        if not job.went_wrong:
+            return job
+        facts = self._evidence.examine(
+            (seen.x, seen.y, seen.theta),
+            _as_told(believed),
+            around,
+            reason=reason,
+            ends=(self._before.space, self.goal.space),
+            blamed=_blamed(reason, report),
+            tick=seen.tick,
+        )
+        return job.model_copy(update={"post_mortem": facts})
+
+    def _job(self, reason: str | None, report: DriveReport, seen: Seen) -> Job:
         before = self._before
         hit = seen.people_hit - before.people_hit
         return Job(
@@ -151,3 +204,13 @@ class Watch:
         if self._open and self._shut:
             return Way.CHANGING
         return Way.OPEN if self._open else Way.SHUT
+
+
+def _as_told(believed: Pose) -> Pose:
+    x, y, theta = (round(value, TOLD_DIGITS) for value in believed)
+    return x, y, theta
+
+
+def _blamed(reason: str | None, report: DriveReport) -> str | None:
+    """The room whose door a navigator says has ended the drive."""
+    return report.door if reason == DOOR_BLOCKED and isinstance(report, BlamesDoor) else None
