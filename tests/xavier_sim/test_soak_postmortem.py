@@ -21,6 +21,7 @@ from xavier_sim.soak import (
     PostMortem,
     RoomDoor,
     SoakOptions,
+    Stray,
     Tally,
     Watch,
     Way,
@@ -38,7 +39,8 @@ def facts_of(**facts):
     plain = {
         "x": 3.0, "y": 1.2, "heading": 90.0, "space": "hall",
         "believed_x": 3.0, "believed_y": 1.2, "believed_heading": 90.0, "believed_space": "hall",
-        "along": 0.0, "across": 0.0, "turned": 0.0, "astray": 0.0, "doors": (), "blamed": None,
+        "along": 0.0, "across": 0.0, "turned": 0.0, "astray": 0.0,
+        "stray": None, "strayed_in": None, "doors": (), "blamed": None,
         "company": (), "in_company": 0.0, "lost": False,
     }  # fmt: skip
     return PostMortem(**{**plain, **facts})
@@ -52,7 +54,14 @@ def company_of(gap, bearing, kind="person"):
     return Company(kind=kind, gap=gap, bearing=bearing)
 
 
-WEST = {"believed_x": 3.51, "along": -0.51, "turned": -2.2, "astray": 38.0}
+WEST = {
+    "believed_x": 3.51,
+    "along": -0.51,
+    "turned": -2.2,
+    "astray": 38.0,
+    "stray": "drifted",
+    "strayed_in": "hall",
+}
 KNEW = "knew where it stood to 0.00 m"
 
 
@@ -63,7 +72,7 @@ KNEW = "knew where it stood to 0.00 m"
             {"reason": "door_blocked"},
             {**WEST, "blamed": "r-2", "doors": (door_of(),)},
             ("took the open door of r-2 for shut: stood 0.51 m west of where it believed, heading "
-            "off by 2 degrees, for 38 s"),
+            "off by 2 degrees, for 38 s, from hall on"),
         ),
         (
             {"reason": "door_blocked"},
@@ -164,7 +173,34 @@ def test_it_is_told_for_how_long_belief_was_off():
     for error in (0.3, 0.2, 0.26, 0.4):
         bench.look((2.0, 1.0), (2.0 + error, 1.0))
     assert bench.end((2.0, 1.0), (2.5, 1.0, 0.0)).post_mortem.astray == 2.0
-    assert bench.end((2.0, 1.0), (2.1, 1.0, 0.0)).post_mortem.astray == 0.0
+    found = bench.end((2.0, 1.0), (2.1, 1.0, 0.0)).post_mortem
+    assert (found.astray, found.stray, found.strayed_in) == (0.0, None, None)
+
+
+@pytest.mark.parametrize(
+    ("looks", "stray", "words"),
+    [
+        ([((2.0, 1.0), (2.3, 1.0))], Stray.BEFORE, "since before it set out"),
+        ([((1.8, 1.0), (1.9, 1.0)), ((2.0, 1.0), (2.3, 1.0))], Stray.DRIFTED, "from hall on"),
+        (
+            [((6.0, 4.0), (6.0, 4.0)), ((2.0, 4.0), (6.0, 4.0))],
+            Stray.CARRIED,
+            "since it was put down in r-1",
+        ),
+        (
+            [((2.0, 1.0), (2.0, 1.0)), ((2.0, 1.0), (6.0, 1.0))],
+            Stray.JUMPED,
+            "since its belief jumped, in hall",
+        ),
+    ],
+)
+def test_it_is_told_how_belief_and_truth_parted(looks, stray, words):
+    bench = Bench()
+    for at, believed in [*looks, ((2.1, 1.0), (4.0, 1.0))]:
+        bench.look(at, believed)
+    job = bench.end((2.1, 1.0), (4.0, 1.0, 0.0))
+    assert job.post_mortem.stray is stray
+    assert explain(job, job.post_mortem).endswith(f"for 2 s, {words}")
 
 
 def test_it_is_told_who_was_near_and_for_how_long():

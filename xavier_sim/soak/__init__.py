@@ -20,7 +20,7 @@ from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
 from xavier_sim.soak._mishaps import FAULT_KINDS, FaultKind
 from xavier_sim.soak._options import SoakOptions
-from xavier_sim.soak._postmortem import Company, PostMortem, RoomDoor
+from xavier_sim.soak._postmortem import Company, PostMortem, RoomDoor, Stray
 from xavier_sim.soak._report import report
 from xavier_sim.soak._running import SoakRun, Standing
 from xavier_sim.soak._soak import EPOCH, Soak
@@ -72,6 +72,7 @@ __all__ = [
     "SoakRun",
     "Spread",
     "Standing",
+    "Stray",
     "Summary",
     "Tally",
     "Totals",

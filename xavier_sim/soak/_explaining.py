@@ -6,7 +6,7 @@ import math
 from collections import Counter
 
 from xavier_sim.soak._jobs import ENDLESS, Job
-from xavier_sim.soak._postmortem import ASTRAY_FROM, NEAR, Company, PostMortem, RoomDoor
+from xavier_sim.soak._postmortem import ASTRAY_FROM, NEAR, Company, PostMortem, RoomDoor, Stray
 from xavier_sim.soak._way import Way
 
 HEADING_OFF = 10.0
@@ -29,6 +29,14 @@ SAID = {
     ENDLESS: "did not get to {goal} within {seconds:.0f} s",
 }
 """What a navigator said with the reasons that are known, and ``door_blocked`` beside."""
+
+PARTED = {
+    Stray.BEFORE: "since before it set out",
+    Stray.CARRIED: "since it was put down in {space}",
+    Stray.JUMPED: "since its belief jumped, in {space}",
+    Stray.DRIFTED: "from {space} on",
+}
+"""Since when a robot has been astray."""
 
 
 def explain(job: Job, facts: PostMortem) -> str:
@@ -74,9 +82,9 @@ def _astray(facts: PostMortem) -> str:
         parts.append(f"in {facts.space or 'a wall'} and not {facts.believed_space or 'a space'}")
     if round(abs(facts.turned)):
         parts.append(f"heading off by {_degrees(facts.turned)}")
-    if facts.astray:
-        parts.append(f"for {facts.astray:.0f} s")
-    return ", ".join(parts)
+    if facts.stray:
+        parts.append(f"for {facts.astray:.0f} s, {PARTED[facts.stray]}")
+    return ", ".join(parts).format(space=facts.strayed_in)
 
 
 def _presence(facts: PostMortem) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from typing import Literal
 
@@ -36,6 +37,19 @@ class Company(BaseModel):
     bearing: float
 
 
+class Stray(enum.StrEnum):
+    """How belief and truth parted."""
+
+    BEFORE = "before"
+    """They were apart when the drive began."""
+    CARRIED = "carried"
+    """The robot was put down elsewhere: it moved farther within a second than it can drive."""
+    JUMPED = "jumped"
+    """Belief did."""
+    DRIFTED = "drifted"
+    """Neither: bit by bit."""
+
+
 class RoomDoor(BaseModel):
     """How a door of a room stood at the end of a drive, and for its last minute."""
 
@@ -55,8 +69,10 @@ class PostMortem(BaseModel):
     counter-clockwise. ``along`` and ``across`` are truth less belief in the direction of the longer
     side of ``space`` and square to it, positive east and north; ``turned`` is that of the heading.
 
-    ``astray`` is for how long belief and truth had been more than 0.25 m apart, ``in_company`` for
-    how long somebody or something had been near; ``company`` are those who are, the nearest first.
+    ``astray`` is for how long belief and truth had been more than 0.25 m apart; ``stray`` and
+    ``strayed_in`` are how they parted, and the space in which the robot really was then; None if
+    they did not. ``in_company`` is for how long somebody or something had been near; ``company``
+    are those who are, the nearest first.
     ``doors`` are those of the rooms at both ends of the drive, and of the room ``blamed``, whose
     door the navigator says has ended the drive. ``lost`` is whether it said that it was lost.
     """
@@ -75,6 +91,8 @@ class PostMortem(BaseModel):
     across: float
     turned: float
     astray: float
+    stray: Stray | None
+    strayed_in: str | None
     doors: tuple[RoomDoor, ...]
     blamed: str | None
     company: tuple[Company, ...]

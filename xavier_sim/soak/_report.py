@@ -23,7 +23,8 @@ figure { margin: 0; }
 table { border-collapse: collapse; margin: 1em 0; font-size: 14px; }
 td, th { padding: 2px 10px; text-align: right; border-bottom: 1px solid #8884; }
 td:first-child, th:first-child { text-align: left; }
-table.words :is(td, th):last-child { text-align: left; }
+table.words td { vertical-align: top; }
+table.words :is(td, th):last-child { text-align: left; min-width: 28em; }
 tr.sum td { font-weight: bold; }
 @media (prefers-color-scheme: dark) { body { color: #ddd; background: #1b1b1b; } }
 """
@@ -37,8 +38,8 @@ WRONG_HEAD = (
 )  # fmt: skip
 
 WHY_HEAD = (
-    "seed", "job", "hour", "from", "to", "ended", "error along, m", "across, m", "heading, degrees",
-    "why",
+    "seed", "job", "hour", "from", "to", "ended", "along, m", "across, m",
+    "heading, degrees", "why",
 )  # fmt: skip
 
 EXPLAINED = (

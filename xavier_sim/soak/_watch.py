@@ -138,10 +138,11 @@ class Watch:
             tally: to count it in.
             around: who and what stands about, all of them or none.
         """
-        error = math.dist(at, [round(value, TOLD_DIGITS) for value in believed])
+        told = round(believed[0], TOLD_DIGITS), round(believed[1], TOLD_DIGITS)
+        error = math.dist(at, told)
         self._worst, self._last = max(self._worst, error), error
         self._sum, self._looks = self._sum + error, self._looks + 1
-        self._evidence.look(at, error, around)
+        self._evidence.look(at, told, around)
         tally.sample(error=error, speed=speed)
 
     def judge(
