@@ -2,7 +2,7 @@
 
 A robot that stands half a metre along the corridor from where it believes to be looks at the wall
 beside an open door, and one whose heading is off at its jamb. Either sees the opening as it turns,
-and by that knows where it stands.
+and by that knows where it stands. Of a door in which somebody stands it sees the rest.
 """
 
 from __future__ import annotations
@@ -30,6 +30,9 @@ FARTHEST = 1.1
 """Metres beside the place of a door up to which an opening is that door: less than half of what
 two doors of an office are apart."""
 
+LEAST_GAP = 0.15
+"""Metres of a door through which light goes that show that it is not shut."""
+
 AS_BELIEVED, TURNED_AS_BELIEVED = 0.1, math.radians(3.0)
 """Metres and radians off up to which a door is where it was believed to be."""
 
@@ -51,7 +54,15 @@ class DoorSeen(NamedTuple):
         return abs(self.off) < AS_BELIEVED and abs(self.turned) < TURNED_AS_BELIEVED
 
 
-def look_along(view: View, frame: DoorFrame) -> Manoeuvre[tuple[View, DoorSeen | None]]:
+class SecondLook(NamedTuple):
+    """What a look along the wall showed: the door, if it is open, or that somebody is in it."""
+
+    view: View
+    door: DoorSeen | None
+    obstructed: bool
+
+
+def look_along(view: View, frame: DoorFrame) -> Manoeuvre[SecondLook]:
     """Turn to both sides before a door, and say whether it is seen open there, and from where."""
     ahead, left, _ = frame.locate(view.odom)
     scan = WallScan(view.odom, Line(-ahead, frame.heading))
@@ -64,10 +75,10 @@ def look_along(view: View, frame: DoorFrame) -> Manoeuvre[tuple[View, DoorSeen |
             if abs(error) < THERE:
                 break
             view = yield Wheels(0.0, turn_rate(error, top=SWEEP))
-    opening = scan.opening(frame.door.width, expected=-left, within=FARTHEST)
-    if opening is None:
-        return view, None
-    return view, _seen(frame, view.odom, opening)
+    seen = scan.look(frame.door.width, expected=-left, within=FARTHEST)
+    if seen.opening is None:
+        return SecondLook(view, None, seen.gap >= LEAST_GAP)
+    return SecondLook(view, _seen(frame, view.odom, seen.opening), obstructed=False)
 
 
 def _seen(frame: DoorFrame, odom: Pose, opening: Opening) -> DoorSeen:

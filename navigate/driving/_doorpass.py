@@ -12,11 +12,12 @@ from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, wrap
 from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
-from navigate.driving._doorlook import look_along
+from navigate.driving._doorlook import SecondLook, look_along
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import (
     STOP,
     DoorMissed,
+    DoorObstructed,
     DoorShut,
     Manoeuvre,
     OffCourse,
@@ -33,8 +34,8 @@ LOOK_AFTER, LOOK_AGAIN = 4.0, 14.0
 """Seconds before a door that seems shut after which the robot looks along the wall, and for
 another time."""
 
-COMPANY_PATIENCE = 65.0
-"""The same for somebody who stands in the way to or from it, and will not stay there for ever."""
+COMPANY_PATIENCE = 15.0
+"""The same for somebody who stands in it: they may be waiting for the robot to make room."""
 
 BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
@@ -79,7 +80,8 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
     one from farther off and from a little to the side, where the jambs are seen anew.
 
     Raises:
-        DoorShut: it is closed or obstructed, and stayed so.
+        DoorShut: it is closed, and stayed so.
+        DoorObstructed: somebody stands in it.
         OffCourse: it is open, but elsewhere than the robot believed.
         DoorMissed: the robot did not get into line with it.
     """
@@ -124,13 +126,15 @@ def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
     as if it was shut: then the robot turns to look with the next sonar that is sound, and back.
     """
     began, sees_open, eye = view.time, 0, 0
-    look_at = began + LOOK_AFTER
+    look_at, obstructed = began + LOOK_AFTER, False
     while sees_open < 2:
+        if obstructed and view.time - began > COMPANY_PATIENCE:
+            raise DoorObstructed(frame.door.name, frame.door.centre, view.time - began)
         if view.time - began > DOOR_PATIENCE:
             raise DoorShut(frame.door.name, view.time - began)
         if view.time >= look_at and view.sights:
-            view, sees_through = yield from _look_again(view, frame)
-            if sees_through:
+            view, door, obstructed = yield from _look_again(view, frame)
+            if door is not None:
                 break
             look_at = view.time + LOOK_AGAIN
         eye = _eye(view)
@@ -144,17 +148,18 @@ def _await_open(view: View, frame: DoorFrame) -> Manoeuvre[View]:
     return (yield from _face(view, frame)) if eye else view
 
 
-def _look_again(view: View, frame: DoorFrame) -> Manoeuvre[tuple[View, bool]]:
-    """Look along the wall, and whether the door is open after all.
+def _look_again(view: View, frame: DoorFrame) -> Manoeuvre[SecondLook]:
+    """Look along the wall whether the door is open after all.
 
     Raises:
         OffCourse: it is, but elsewhere than it was looked for.
     """
-    view, seen = yield from look_along(view, frame)
-    if seen is not None and not seen.is_as_believed:
-        raise OffCourse(frame.door.name, seen.pose, metres=seen.off, radians=seen.turned)
-    view = yield from _face(view, frame)
-    return view, seen is not None
+    look = yield from look_along(view, frame)
+    door = look.door
+    if door is not None and not door.is_as_believed:
+        raise OffCourse(frame.door.name, door.pose, metres=door.off, radians=door.turned)
+    view = yield from _face(look.view, frame)
+    return look._replace(view=view)
 
 
 def _eye(view: View) -> int:
@@ -218,7 +223,7 @@ def _await_clear(view: View, frame: DoorFrame) -> Manoeuvre[View]:
     while _hindered(view, frame):
         if view.time - began > COMPANY_PATIENCE:
             view = yield from _retreat(view, frame)
-            raise DoorShut(frame.door.name, view.time - began)
+            raise DoorObstructed(frame.door.name, frame.door.centre, view.time - began)
         view = yield STOP
     return view
 

@@ -14,7 +14,9 @@ from navigate.driving._view import (
     Astray,
     Bumped,
     DoorMissed,
+    DoorObstructed,
     DoorShut,
+    DoorTrouble,
     Manoeuvre,
     OffCourse,
     Stuck,
@@ -28,6 +30,7 @@ from navigate.routes import Step
 LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
     Bumped: (6, NavigationFailure.BUMP),
     DoorShut: (4, NavigationFailure.DOOR_BLOCKED),
+    DoorObstructed: (4, NavigationFailure.DOOR_BLOCKED),
     DoorMissed: (3, NavigationFailure.DOOR_BLOCKED),
     OffCourse: (4, NavigationFailure.DOOR_BLOCKED),
     WayBlocked: (5, NavigationFailure.CORRIDOR_BLOCKED),
@@ -82,7 +85,7 @@ class Drive:
         """The door that ended the drive, None if none did."""
         met = self.troubles[-1] if self.troubles else None
         ended = self.failure is not None and self.failure.by_trouble
-        return met.door if ended and isinstance(met, DoorShut | DoorMissed | OffCourse) else None
+        return met.door if ended and isinstance(met, DoorTrouble) else None
 
     def meet(self, trouble: Trouble) -> None:
         """Count a trouble.

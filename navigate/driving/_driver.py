@@ -20,6 +20,7 @@ from navigate.driving._view import (
     STOP,
     Astray,
     Bumped,
+    DoorObstructed,
     DoorShut,
     Manoeuvre,
     OffCourse,
@@ -197,7 +198,7 @@ class Driver:
         except DoorShut:
             self.doors.find_shut(door.name)
             raise
-        except OffCourse:
+        except (DoorObstructed, OffCourse):
             raise
         except Trouble:
             self.doors.get_stuck(door.name)
@@ -260,6 +261,8 @@ class Driver:
             return (yield from back_off(view, trouble.direction))
         if isinstance(trouble, DoorShut):
             self._memory.shut(trouble.door, view.time)
+        elif isinstance(trouble, DoorObstructed):
+            return (yield from give_way(view, trouble.at))
         elif isinstance(trouble, OffCourse):
             self._fix = trouble.pose
         elif isinstance(trouble, WayBlocked):

@@ -98,23 +98,38 @@ class Bumped(Trouble):
         super().__init__(f"touched something {math.degrees(direction):.0f} degrees to the left")
 
 
-class DoorShut(Trouble):
-    """A door did not open in time, or somebody stands in it."""
+class DoorTrouble(Trouble):
+    """Trouble with a ``door``."""
+
+    def __init__(self, door: str, text: str) -> None:
+        self.door = door
+        super().__init__(text)
+
+
+class DoorShut(DoorTrouble):
+    """A door did not open in time."""
 
     def __init__(self, door: str, seconds: float) -> None:
-        self.door, self.seconds = door, seconds
-        super().__init__(f"door {door} stayed shut for {seconds:.0f} s")
+        self.seconds = seconds
+        super().__init__(door, f"door {door} stayed shut for {seconds:.0f} s")
 
 
-class DoorMissed(Trouble):
+class DoorObstructed(DoorTrouble):
+    """Somebody stands in an open door, around ``at``, and does not go away."""
+
+    def __init__(self, door: str, at: Point, seconds: float) -> None:
+        self.at, self.seconds = at, seconds
+        super().__init__(door, f"somebody stood in door {door} for {seconds:.0f} s")
+
+
+class DoorMissed(DoorTrouble):
     """The robot could not line itself up with a door."""
 
     def __init__(self, door: str) -> None:
-        self.door = door
-        super().__init__(f"could not get into line with door {door}")
+        super().__init__(door, f"could not get into line with door {door}")
 
 
-class OffCourse(Trouble):
+class OffCourse(DoorTrouble):
     """The robot stands elsewhere than it believed: a door that it sees open tells it where.
 
     ``pose`` is that place on the map; ``metres`` is how far beside it the door was looked for, and
@@ -122,11 +137,12 @@ class OffCourse(Trouble):
     """
 
     def __init__(self, door: str, pose: Pose, *, metres: float, radians: float) -> None:
-        self.door, self.pose, self.metres, self.radians = door, pose, metres, radians
+        self.pose, self.metres, self.radians = pose, metres, radians
         degrees = round(math.degrees(abs(radians)))
         super().__init__(
+            door,
             f"saw door {door} open {abs(metres):.2f} m beside and turned by {degrees} degrees from "
-            "where it was looked for"
+            "where it was looked for",
         )
 
 

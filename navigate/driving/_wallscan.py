@@ -42,6 +42,7 @@ NARROWER, WIDER = 0.2, 0.15
 UNKNOWN, MET, OPEN = 0, 1, 2
 
 _BINS = round(2.0 * ALONG / BIN)
+_PLACES: Floats = np.linspace(-ALONG + BIN / 2, ALONG - BIN / 2, _BINS)
 
 
 class Line(NamedTuple):
@@ -60,6 +61,20 @@ class Opening(NamedTuple):
     away: float
     left: float
     heading: float
+
+
+class WallSeen(NamedTuple):
+    """What is seen of a wall: the nearest ``opening`` that is as wide as a door, if any.
+
+    ``gap`` are metres, within half its width of where it is expected, at which light goes through:
+    of a door in which somebody stands some are left.
+    """
+
+    opening: Opening | None
+    gap: float
+
+
+NOTHING_SEEN = WallSeen(None, 0.0)
 
 
 class WallScan:
@@ -85,23 +100,27 @@ class WallScan:
         beams[:, 4] = laser.farthest
         self._beams.append(beams)
 
-    def opening(self, width: float, *, expected: float, within: float) -> Opening | None:
-        """The opening about ``width`` metres wide that is nearest to where its middle is expected.
+    def look(self, width: float, *, expected: float, within: float) -> WallSeen:
+        """What is seen of a door that is so many metres wide.
 
-        That is so many metres to the left of the robot. None where there is no wall as expected,
-        or no such opening ``within`` metres of the place.
+        Args:
+            width: of the door.
+            expected: metres to the left of the robot, where its middle should be.
+            within: metres of that where an opening may be.
         """
         if not self._beams:
-            return None
+            return NOTHING_SEEN
         beams = np.concatenate(self._beams)
         line = _find_line(beams, self._expected)
         if line is None:
-            return None
-        middles = _middles(_states(beams, line), width)
+            return NOTHING_SEEN
+        states = _states(beams, line)
+        gap = float((states == OPEN)[np.abs(_PLACES - expected) < width / 2].sum()) * BIN
+        middles = _middles(states, width)
         nearest = min(middles, key=lambda left: abs(left - expected), default=math.inf)
         if abs(nearest - expected) > within:
-            return None
-        return Opening(line.away, nearest, line.heading)
+            return WallSeen(None, gap)
+        return WallSeen(Opening(line.away, nearest, line.heading), gap)
 
 
 def _find_line(beams: Floats, expected: Line) -> Line | None:

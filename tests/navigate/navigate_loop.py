@@ -23,8 +23,8 @@ def true_plan() -> FloorPlan:
 class Loop:
     """A world and a navigator that drives in it."""
 
-    def __init__(self, seed: int = 0, plan: FloorPlan | None = None) -> None:
-        self.world = World(plan or true_plan(), seed)
+    def __init__(self, seed: int = 0, plan: FloorPlan | None = None, *, people: int = 0) -> None:
+        self.world = World(plan or true_plan(), seed, people=people)
         self.robot = RobotState(self.world, SimClock(EPOCH), speed=None)
         self.navigator = Navigator(Floor(load_plan()), seed=seed)
         self.sensors = self.robot.sensors()

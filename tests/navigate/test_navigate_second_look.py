@@ -14,10 +14,11 @@ from navigate.driving import DoorLog, View
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlook import look_along
 from navigate.driving._doorpass import pass_door
-from navigate.driving._view import DoorShut, OffCourse
+from navigate.driving._view import DoorObstructed, DoorShut, OffCourse
 from navigate.driving._wallscan import Line, WallScan
 from navigate.maps import Floor, load_plan
 from navigate.messages import NavigationFailure
+from xavier_sim.crowd._person import Person
 
 DOOR = Floor(load_plan()).doors["d-5303"]
 FACING = math.atan2(DOOR.normal[1], DOOR.normal[0])
@@ -50,20 +51,20 @@ def scan(openings, *, at=(-BEFORE, 0.0, 0.0), expected=0.0, laser=STRIPER, block
     for aside in np.arange(-0.9, 0.91, 0.06):
         ranges = wall_ranges(at[0], at[1], at[2] + aside, laser, openings, blocked=blocked)
         gathered.add((*odom[:2], expected + float(aside)), laser, ranges)
-    return gathered.opening(0.9, expected=0.0, within=1.1)
+    return gathered.look(0.9, expected=0.0, within=1.1)
 
 
 @pytest.mark.parametrize("laser", [STRIPER, LIDAR])
 @pytest.mark.parametrize("middle", [-0.8, -0.35, 0.0, 0.6])
 def test_an_opening_is_seen_where_it_is(middle, laser):
-    seen = scan([(middle - 0.45, middle + 0.45)], laser=laser, expected=0.7)
+    seen = scan([(middle - 0.45, middle + 0.45)], laser=laser, expected=0.7).opening
     assert (seen.away, seen.left) == pytest.approx((BEFORE, middle), abs=0.04)
     assert seen.heading == pytest.approx(0.7, abs=0.01)
 
 
 @pytest.mark.parametrize("off", [-0.25, 0.1, 0.25])
 def test_a_wall_that_leans_is_seen_so(off):
-    seen = scan([(-0.45, 0.45)], at=(-BEFORE, 0.0, off))
+    seen = scan([(-0.45, 0.45)], at=(-BEFORE, 0.0, off)).opening
     assert seen.heading == pytest.approx(-off, abs=0.02)
     assert (seen.away, seen.left) == pytest.approx((BEFORE, 0.0), abs=0.04)
 
@@ -80,17 +81,23 @@ def test_a_wall_that_leans_is_seen_so(off):
     ids=["shut", "mouth of a corridor", "narrow", "another door", "wide"],
 )
 def test_what_is_no_such_opening_is_not_taken_for_one(openings):
-    assert scan(openings) is None
+    assert scan(openings).opening is None
 
 
-def test_nothing_is_seen_where_somebody_stands_in_the_opening_or_without_a_wall():
-    assert scan([(-0.45, 0.45)], blocked=(-0.3, 0.6)) is None
-    assert scan([(-5.0, 5.0)]) is None
-    assert WallScan((0.0, 0.0, 0.0), Line(1.0, 0.0)).opening(0.9, expected=0.0, within=1.0) is None
+def test_of_a_door_in_which_somebody_stands_the_rest_is_seen():
+    assert scan([(-0.45, 0.45)], blocked=(-0.2, 0.6)) == (None, pytest.approx(0.25, abs=0.06))
+    assert scan([(0.5, 1.4)]).gap == scan([]).gap == 0.0
+    assert scan([(-0.45, 0.45)]).gap == pytest.approx(0.9, abs=0.11)
+
+
+def test_without_a_wall_nothing_is_seen():
+    assert scan([(-5.0, 5.0)]) == (None, 0.0)
+    nothing = WallScan((0.0, 0.0, 0.0), Line(1.0, 0.0))
+    assert nothing.look(0.9, expected=0.0, within=1.0) == (None, 0.0)
 
 
 def test_the_nearer_of_two_is_told():
-    seen = scan([(-1.35, -0.45), (0.3, 1.2)])
+    seen = scan([(-1.35, -0.45), (0.3, 1.2)]).opening
     assert seen.left == pytest.approx(0.75, abs=0.04)
 
 
@@ -102,8 +109,8 @@ class Robot:
         turned: radians by which it believes to look farther left than it does.
     """
 
-    def __init__(self, openings, *, turned=0.0):
-        self.openings, self.off = openings, turned
+    def __init__(self, openings, *, turned=0.0, blocked=None):
+        self.openings, self.off, self.blocked = openings, turned, blocked
         self.time, self.turned = 0.0, -turned
         self.turns = list[float]()
 
@@ -131,7 +138,9 @@ class Robot:
 
     def view(self):
         odom = (0.0, 0.0, self.turned)
-        ranges = wall_ranges(-BEFORE, 0.0, self.turned, STRIPER, self.openings)
+        ranges = wall_ranges(
+            -BEFORE, 0.0, self.turned, STRIPER, self.openings, blocked=self.blocked
+        )
         return View(
             time=self.time,
             pose=(*self._at, FACING + self.turned + self.off),
@@ -146,7 +155,7 @@ class Robot:
 
 def test_a_robot_off_course_is_told_its_pose_by_the_door():
     robot = Robot([(0.15, 1.05)], turned=0.1)
-    _, seen = robot.run(look_along(robot.view(), DoorFrame(DOOR, 1.0, robot.view())))
+    seen = robot.run(look_along(robot.view(), DoorFrame(DOOR, 1.0, robot.view()))).door
     beside = 0.6
     (nx, ny), (x, y) = DOOR.normal, DOOR.centre
     assert not seen.is_as_believed
@@ -182,6 +191,13 @@ def test_a_shut_door_is_looked_at_again_and_stays_shut():
     assert min(robot.turns) < -0.8
 
 
+def test_somebody_in_an_open_door_is_waited_for_a_while():
+    robot = Robot([(-0.45, 0.45)], blocked=(-0.3, 0.3))
+    with pytest.raises(DoorObstructed, match=r"stood in door d-5303 for 1[5-9] s") as end:
+        robot.run(pass_door(robot.view(), DOOR, 1.0, DoorLog()))
+    assert end.value.at == DOOR.centre
+
+
 def before_door(loop, *, along, turned=0.0):
     """Put the robot before a door, beside where it is told to be."""
     (nx, ny), (x, y) = DOOR.normal, DOOR.centre
@@ -215,3 +231,43 @@ def test_off_course_before_a_shut_door_it_is_shut_all_the_same():
     drive = loop.drive("r-5303", most=600)
     assert drive.failure.reason is NavigationFailure.DOOR_BLOCKED
     assert [type(met) for met in drive.troubles] == [DoorShut]
+
+
+def in_doorway(loop, *, pause=0.0, way=()):
+    """Put somebody into the door, who wants to go some way once ``pause`` seconds are over."""
+    (x, y), crowd = DOOR.centre, loop.world._crowd
+    crowd.people[0] = person = Person(x, y, speed=1.2, lane=0.5, pause=pause, way=list(way))
+    crowd._list()
+    return person
+
+
+def test_room_is_made_for_somebody_in_the_door_until_they_go():
+    loop = Loop(seed=3, people=1)
+    before_door(loop, along=0.0)
+    x, y = DOOR.centre[0] + 1.2 * DOOR.normal[0], DOOR.centre[1]
+    person = in_doorway(loop, pause=25.0, way=[(x, y), (x, y + 8.0)])
+    away = list[float]()
+
+    def look():
+        if loop.navigator.driver.drive.troubles:
+            away.append(math.dist(loop.world.pose[:2], DOOR.centre))
+
+    drive = loop.drive("r-5303", most=900, each=look)
+    assert drive.failure is None
+    assert [type(met) for met in drive.troubles] == [DoorObstructed]
+    assert max(away) > 1.4
+    assert math.dist((person.x, person.y), DOOR.centre) > 1.0
+    assert loop.off("r-5303") < 0.2
+    assert loop.world.truth().people_hit == 0
+
+
+def test_somebody_who_stays_in_the_door_is_named_as_what_blocks_it():
+    loop = Loop(seed=3, people=1)
+    before_door(loop, along=0.0)
+    in_doorway(loop, pause=1000.0)
+    drive = loop.drive("r-5303", most=4000)
+    assert drive.failure.reason is NavigationFailure.DOOR_BLOCKED
+    assert "somebody stood in door d-5303" in drive.failure.text
+    assert {type(met) for met in drive.troubles} == {DoorObstructed}
+    assert loop.navigator.report(drive).door == "r-5303"
+    assert loop.world.truth().people_hit == 0
