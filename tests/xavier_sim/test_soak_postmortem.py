@@ -84,6 +84,17 @@ KNEW = "knew where it stood to 0.00 m"
             {"doors": (door_of(is_open=False, last_minute=Way.SHUT),)},
             f"found the door of r-2 shut, though there was another way: {KNEW}",
         ),
+        (
+            {"reason": "door_blocked"},
+            {"doors": (door_of(),), "company": (company_of(0.7, -11.8),), "in_company": 77.0},
+            (f"was kept out of the open door of r-2: {KNEW}; had a person 0.7 m before it for "
+            "77 s"),
+        ),
+        (
+            {"reason": "door_blocked"},
+            {"doors": (door_of(),), "company": (company_of(0.7, -11.8),), "in_company": 3.0},
+            f"took the open door of r-2 for shut: {KNEW}; had a person 0.7 m before it for 3 s",
+        ),
         ({"reason": "door_blocked"}, {}, f"took the door of r-2 for shut: {KNEW}"),
         (
             {"reason": "corridor_blocked"},

@@ -15,6 +15,9 @@ HEADING_OFF = 10.0
 AHEAD, BEHIND = 45.0, 135.0
 """Degrees of bearing up to which somebody is before the robot, and from which behind it."""
 
+AWHILE = 15.0
+"""Seconds of company from which whoever is before the robot keeps it out of a door."""
+
 WINDS = (
     "east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east",
 )  # fmt: skip
@@ -59,10 +62,18 @@ def _at_door(room: str, facts: PostMortem) -> str:
     if not doors:
         return f"took the door of {room} for shut"
     if all(door.last_minute is Way.OPEN for door in doors):
+        if _waits_for_somebody(facts):
+            return f"was kept out of the open door of {room}"
         return f"took the open door of {room} for shut"
     if any(door.is_open for door in doors):
         return f"took the door of {room} for shut, which had moved in the last minute"
     return f"found the door of {room} shut, though there was another way"
+
+
+def _waits_for_somebody(facts: PostMortem) -> bool:
+    """Whether somebody has stood before the robot for a while."""
+    ahead = any(abs(one.bearing) <= AHEAD for one in facts.company)
+    return ahead and facts.in_company >= AWHILE
 
 
 def _position(facts: PostMortem) -> str:
