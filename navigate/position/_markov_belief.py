@@ -13,7 +13,7 @@ from navigate.body import Front, Moved, Pose, Side, Turned, wrap
 from navigate.maps import Floats, Floor, Point
 from navigate.position._features import Features
 from navigate.position._localizer import Belief
-from navigate.position._markov import TURNS, MarkovModel
+from navigate.position._markov import TURNS, Indices, MarkovModel
 from navigate.position._topology import build_topology
 
 ANYWHERE = 0.002
@@ -128,35 +128,37 @@ class MarkovBelief:
 
     def likely(self) -> Pose:
         """The most likely state: the middle of its cell, and the direction it looks in."""
-        x, y, theta = self._poses(np.array([self.chances.argmax()]))[0].tolist()
+        x, y, theta = self.poses(np.array([self.chances.argmax()]))[0].tolist()
         return (x, y, theta)
 
     def suspects(
-        self, at: Point, *, within: float, astray: float, most: int
-    ) -> tuple[Floats, Floats]:
-        """The states in which a lost robot may be, ``most`` of them at most.
+        self, chances: Floats, at: Point, *, within: float, astray: float, share: float
+    ) -> tuple[Indices, Floats]:
+        """The likeliest states in which a lost robot may be, that have a ``share`` of the mass.
 
-        Those that are believed in; and with a chance of ``astray``, whatever is believed, those
-        ``within`` metres of a point.
+        Those that are believed in, by ``chances``; and with a chance of ``astray``, whatever is
+        believed, those ``within`` metres of a point.
 
         Returns:
-            Poses (n, 3), and the mass of each.
+            The states, and the mass of each.
         """
         locations = self.model.locations.at
         close = np.hypot(locations[:, 0] - at[0], locations[:, 1] - at[1]) <= within
         around = np.tile(close / max(1, TURNS * int(close.sum())), TURNS)
-        mass = (1.0 - astray) * self.chances + astray * around
-        states = np.argsort(-mass, kind="stable")[:most]
-        return self._poses(states), mass[states]
+        mass = (1.0 - astray) * chances + astray * around
+        states = np.argsort(-mass, kind="stable")
+        most = int(np.searchsorted(mass[states].cumsum(), share * mass.sum())) + 1
+        return states[:most], mass[states[:most]]
 
     def tell(self) -> Belief:
         """The belief as it is published, without what is fainter than `FAINT`."""
         told = np.flatnonzero(self.chances > FAINT)
         order = told[np.argsort(-self.chances[told], kind="stable")]
         shares = self.chances[order]
-        return Belief(self._poses(order), shares / shares.sum())
+        return Belief(self.poses(order), shares / shares.sum())
 
-    def _poses(self, states: NDArray[np.intp]) -> Floats:
+    def poses(self, states: Indices) -> Floats:
+        """The middles of the cells of some states, and the directions they look in: (n, 3)."""
         headings, spots = np.divmod(states, len(self.model.locations))
         return np.column_stack([self.model.locations.at[spots], _LOOKS[headings]])
 

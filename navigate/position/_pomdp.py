@@ -35,6 +35,7 @@ from navigate.position._localizer import NO_BEAMS, Belief, Estimate
 from navigate.position._markov_belief import MarkovBelief
 from navigate.position._policy import Directive, Picking, Policy
 from navigate.position._readings import Readings, seen_from
+from navigate.position._rings import Rings
 from navigate.position._search import Found, Search
 from navigate.position._sonar_model import SonarModel
 
@@ -54,6 +55,9 @@ LOST_AGREEMENT = 0.5
 SOUND_AGREEMENT = 0.65
 REGAINED_AGREEMENT = 0.7
 """From which a lost robot is lost no more; at a wrong pose agreement often wavers around half."""
+
+REGAINED_MASS = 0.3
+"""Mass of belief that must be near the tracked pose besides: one room has many that are like it."""
 
 FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
@@ -85,11 +89,8 @@ SUPPORT = 1.6
 CONTRADICTED = 0.3
 """What is left for the chance to be anywhere, at each report, while readings contradict."""
 
-STATES = 400
-"""Likely states among which a lost robot looks for a pose that fits."""
-
-COVERED = 0.6
-"""Belief that must lie in these states for what fits in one of them to say anything."""
+COVERED = 0.95
+"""Belief that lies in the likely states among which a lost robot looks for a pose that fits."""
 
 ASTRAY = 0.5
 """What a lost robot leaves for the chance to be in any cell a metre around, whatever it believed.
@@ -125,7 +126,7 @@ class PomdpLocalizer:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "agreement", "markov", "_tracker", "_reports", "_readings", "_grid",
-        "_support", "_rivalled", "_contradicted", "_search", "_asked_at", "directives",
+        "_support", "_rivalled", "_contradicted", "_search", "_rings", "_asked_at", "directives",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, known: bool = True, picking: Picking = "voting") -> None:
@@ -137,6 +138,7 @@ class PomdpLocalizer:
         self._grid = LocalGrid()
         self.directives, self._picking = Policy(self.markov.model), picking
         self._search = Search(self._sonar.expected)
+        self._rings = Rings(self.markov.model)
         self._asked_at: Pose = (0.0, 0.0, 0.0)
         self.agreement, self._support = 1.0, 1.0
         self._rivalled = self._contradicted = False
@@ -185,6 +187,7 @@ class PomdpLocalizer:
     def forget(self) -> None:
         """Know nothing: the robot may be anywhere."""
         self.markov.forget()
+        self._rings.forget()
         self._tracker.widen(spread=20.0, turn_spread=2.0)
         self.agreement = 0.0
         self._judge()
@@ -196,11 +199,12 @@ class PomdpLocalizer:
         self._reports.begin(pose[2])
         self._readings.clear()
         self._search.stop()
+        self._rings.forget()
         self._grid.clear()
         self.markov.know(pose, spread=spread, turn_spread=turn_spread)
         self.agreement = 1.0
-        self._judge()
         self._weigh()
+        self._judge()
 
     def widen(self, *, spread: float, turn_spread: float) -> None:
         """Doubt the position more: somebody may have moved the robot unseen."""
@@ -217,6 +221,7 @@ class PomdpLocalizer:
         for report in self._reports.move(motion):
             self._read(still=False)
             self.markov.report(report)
+            self._rings.report(report)
             if isinstance(report, Moved):
                 self._see()
             self._vouch()
@@ -286,42 +291,55 @@ class PomdpLocalizer:
         """
         if self._search.busy:
             return
-        middles, mass = self.markov.suspects(
-            self._tracker.pose[:2], within=radius, astray=ASTRAY / max(1.0, radius), most=STATES
-        )
-        if mass.sum() < COVERED:
+        self._find_axis()
+        here = self._reports.pose
+        prior = self._rings.prior(self.markov.chances, here)
+        if prior is None:
             return
+        states, mass = self.markov.suspects(
+            prior, self._tracker.pose[:2],
+            within=radius, astray=ASTRAY / max(1.0, radius), share=COVERED,
+        )  # fmt: skip
+        middles = self.markov.poses(states)
         middles[:, 2] += self._reports.turned
-        self._asked_at = self._reports.pose
+        self._asked_at = here
         self._search.begin(middles, mass, ranges)
+        self._rings.ask(prior, states, here)
 
     def _take(self, found: Found, ranges: Floats) -> None:
         """Take the pose that was found, and moved from since, if the robot is still lost."""
-        pose = moved(found.pose, motion_between(self._asked_at, self._reports.pose))
-        if not self.lost or found.share < FOUND_SHARE:
+        if not self.lost:
             return
+        pose = moved(found.pose, motion_between(self._asked_at, self._reports.pose))
         fits = self._sonar.fit(pose, ranges)
-        if fits < FOUND_AGREEMENT:
+        if found.share < FOUND_SHARE or fits < FOUND_AGREEMENT:
+            self.markov.chances = self._rings.weigh(self.markov.chances, found.fits)
+            self._weigh()
             return
         self._tracker.place(pose, spread=0.15, turn_spread=0.1)
         self._readings.latest()
         self.markov.know(pose, share=FOUND_MASS)
         self.agreement = fits
+        self._weigh()
         self._judge()
         self._align()
-        self._weigh()
 
     def _align(self) -> None:
         """Tell the axis of the walls by the tracker, or by the walls while that is lost."""
-        if self.agreement >= LOST_AGREEMENT:
+        if not self._contradicted:
             self._reports.align(self._reports.pose[2] - self._tracker.pose[2])
 
-    def _see(self) -> None:
+    def _find_axis(self) -> None:
+        """Tell the axis by the walls around, whose readings contradict the tracked pose."""
         self._enter()
+        if self._contradicted and (axis := find_axis(self._grid)) is not None:
+            self._reports.align(axis)
+
+    def _see(self) -> None:
+        self._find_axis()
         if self.agreement < LOST_AGREEMENT:
-            self.markov.forget(CONTRADICTED * (LOST_AGREEMENT - self.agreement) / LOST_AGREEMENT)
-            if (axis := find_axis(self._grid)) is not None:
-                self._reports.align(axis)
+            doubt = (LOST_AGREEMENT - self.agreement) / LOST_AGREEMENT
+            self.markov.forget(CONTRADICTED * doubt * self._support)
         facing = self._reports.facing
         self.markov.see(
             look_front(self._grid, facing),
@@ -333,13 +351,15 @@ class PomdpLocalizer:
         """Let the cells know how well what is heard fits the tracked pose."""
         if self._tracker.deviations[0] < CELL:
             sure = 1.0 / (1.0 + math.exp(VOUCHING * (DOUBTFUL - self.agreement)))
+            if self._contradicted:
+                sure = min(sure, 0.5)
             self.markov.favour(self._tracker.pose, within=SUPPORT, sure=sure)
 
     def _judge(self) -> None:
         """Whether readings contradict the tracked pose: from little agreement until much of it."""
         if self.agreement < LOST_AGREEMENT:
             self._contradicted = True
-        elif self.agreement >= REGAINED_AGREEMENT:
+        elif self.agreement >= REGAINED_AGREEMENT and self._support >= REGAINED_MASS:
             self._contradicted = False
 
     def _weigh(self) -> None:
