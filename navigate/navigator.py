@@ -370,6 +370,7 @@ class Navigator:
             echoes=around.spots,
             spreads=around.spreads,
             lost=self.localizer.lost,
+            supposed=self.localizer.supposes,
             advice=self._advice(),
             goal_mass=self._goal_mass(),
             speed=sensors.speed,

@@ -270,7 +270,7 @@ class Driver:
             if not self._has_way_round(drive, view):
                 return (yield from give_way(view, trouble.at))
         elif isinstance(trouble, Astray):
-            view = yield from find_oneself(view)
+            view = yield from find_oneself(view, lambda seen: self._attempt(drive, seen))
             self._memory.forget_since(drive.began)
             return view
         elif isinstance(trouble, Stuck):

@@ -43,7 +43,8 @@ class View:
     ``spreads`` (n,) the radians to either side within which each may be; a sonar's cone when it is
     None. ``speed`` in m/s and ``turn`` in rad/s are how the wheels move now. ``sights`` are what
     the robot's lasers see that are to be believed. ``advice`` is where a lost robot had best go,
-    radians to the left of ahead, as far as its belief says. ``goal_mass`` is the share of its
+    radians to the left of ahead, as far as its belief says; ``supposed`` says that it had better go
+    on as if it were at ``pose``. ``goal_mass`` is the share of its
     belief that lies at the goal, 0 to 1, once it is near; 1 on the way. ``blind`` holds the bits
     of sonars for which no more than their neighbours stand in.
     """
@@ -56,6 +57,7 @@ class View:
     bump: int
     echoes: Floats
     lost: bool = False
+    supposed: bool = False
     advice: float | None = None
     goal_mass: float = 1.0
     speed: float = 0.0

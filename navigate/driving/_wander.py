@@ -7,6 +7,8 @@ goes where its belief says, all in all, that the goal is nearest, or else where 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,9 +16,11 @@ from navigate.body import BEARINGS, PITCH, wrap
 from navigate.driving._cvm import Window, choose
 from navigate.driving._drive import GoalFailedError
 from navigate.driving._turning import turn_by, wait
-from navigate.driving._view import Astray, Manoeuvre, View
+from navigate.driving._view import Astray, DoorMissed, DoorShut, Manoeuvre, View, WayBlocked
 from navigate.maps import Floats
 from navigate.messages import NavigationFailure
+
+Go = Callable[[View], Manoeuvre[View]]
 
 SEARCH_SECONDS = 75.0
 ADVISED_SECONDS = 240.0
@@ -30,6 +34,15 @@ WANDER_SPEED = 0.25
 WANDER_METRES, WANDER_SECONDS = 1.5, 10.0
 ADVISED_SPEED, ADVISED_METRES = 0.4, 3.0
 """How fast and how far it goes at a time where it is told to."""
+
+SUPPOSED_SECONDS = 90.0
+"""For how long it goes on as if it were where it supposes, before it tries something else."""
+
+LISTEN_METRES = 2.5
+"""Metres after which it stands meanwhile to listen."""
+
+JUMP = 0.5
+"""Metres by which the pose must change at once to be another one."""
 
 OPEN = 1.0
 """Metres that must be free there."""
@@ -56,8 +69,13 @@ def make_sure(view: View) -> Manoeuvre[View]:
     return view
 
 
-def find_oneself(view: View) -> Manoeuvre[View]:
+def find_oneself(view: View, go: Go) -> Manoeuvre[View]:
     """Turn, stand and go about until the position is found again.
+
+    Args:
+        view: what is seen now.
+        go: drives to the goal as if the robot were where a view says; it does so while readings
+            fit that, and only that it is there and not somewhere like it is in doubt.
 
     Raises:
         GoalFailedError: it was not, for `SEARCH_SECONDS`, or `ADVISED_SECONDS` where its belief
@@ -65,14 +83,43 @@ def find_oneself(view: View) -> Manoeuvre[View]:
     """
     began, advised = view.time, False
     while view.lost:
-        advised |= view.advice is not None
+        advised |= view.advice is not None or view.supposed
         if view.time > began + (ADVISED_SECONDS if advised else SEARCH_SECONDS):
             text = f"{Astray()}, wherever it looks"
             raise GoalFailedError(NavigationFailure.LOST, text, by_trouble=True)
-        view = yield from _look_round(view)
+        if view.supposed:
+            view = yield from _go_as_supposed(view, go)
         if view.lost:
+            view = yield from _look_round(view)
+        if view.lost and not view.supposed:
             view = yield from (_go_on(view) if view.advice is None else _go_as_told(view))
     return view
+
+
+def _go_as_supposed(view: View, go: Go) -> Manoeuvre[View]:
+    """Drive as if the robot were found, and stand now and then to listen whether it is."""
+    until, listened = view.time + SUPPOSED_SECONDS, view.odom
+    course = go(replace(view, lost=False))
+    try:
+        wheels = next(course)
+        while True:
+            before, view = view, (yield wheels)
+            if not view.supposed or _jumped(before, view) or view.time > until:
+                return view
+            if math.dist(listened[:2], view.odom[:2]) > LISTEN_METRES:
+                view = yield from wait(view, STAND_SECONDS)
+                listened = view.odom
+            wheels = course.send(replace(view, lost=False))
+    except (StopIteration, GoalFailedError, DoorShut, DoorMissed, WayBlocked):
+        return (yield from _go_on(view))
+    finally:
+        course.close()
+
+
+def _jumped(before: View, now: View) -> bool:
+    """Whether the pose has changed otherwise than by how the robot moved."""
+    moved = math.dist(before.odom[:2], now.odom[:2])
+    return math.dist(before.pose[:2], now.pose[:2]) > moved + JUMP
 
 
 def _look_round(view: View) -> Manoeuvre[View]:

@@ -96,6 +96,13 @@ class Localizer(Freezable, Protocol):
     def lost(self) -> bool:
         """Whether the estimate is not to be driven on."""
 
+    @property
+    def supposes(self) -> bool:
+        """Whether a robot that is lost had best go on as if the estimate were right.
+
+        What is heard fits it then, but fits other poses as well; on the way they come apart.
+        """
+
     def belief(self) -> Belief:
         """The whole distribution, as it is published."""
 

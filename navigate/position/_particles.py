@@ -131,6 +131,11 @@ class ParticleFilter:
         """Whether the sonars contradict the estimate persistently, or it is spread too wide."""
         return self.agreement < LOST_AGREEMENT or self._estimate.deviation > LOST_DEVIATION
 
+    @property
+    def supposes(self) -> bool:
+        """Never."""
+        return False
+
     def belief(self) -> Belief:
         """The particles gathered in cells."""
         return in_cells(self._x, self._y, self._theta, np.exp(self._weights))

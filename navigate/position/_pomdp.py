@@ -56,8 +56,14 @@ SOUND_AGREEMENT = 0.65
 REGAINED_AGREEMENT = 0.7
 """From which a lost robot is lost no more; at a wrong pose agreement often wavers around half."""
 
-REGAINED_MASS = 0.3
+REGAINED_MASS = 0.8
 """Mass of belief that must be near the tracked pose besides: one room has many that are like it."""
+
+SUPPOSED_AGREEMENT = 0.6
+"""From which a lost robot goes on as if the tracked pose were right."""
+
+DROPPED = 0.3
+"""It supposes another one where belief in this one is less than this share of that in the other."""
 
 FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
@@ -102,7 +108,7 @@ had the time to tell.
 UNHEARD = 0.3
 """Share of the belief that must speak for a directive."""
 
-FOUND_SHARE = 0.8
+FOUND_SHARE = 0.95
 """Share that a pose must have of what a ring of readings speaks for, to be taken."""
 
 FOUND_MASS = 0.7
@@ -158,6 +164,12 @@ class PomdpLocalizer:
         """Whether readings contradict the tracked pose, or belief has left it."""
         wide = self._tracker.deviations[0] > LOST_DEVIATION
         return wide or self._contradicted or self._rivalled
+
+    @property
+    def supposes(self) -> bool:
+        """Whether it is lost, but what is heard fits the tracked pose: one of many, maybe."""
+        known = self._tracker.deviations[0] < CELL
+        return self._contradicted and known and self.agreement >= SUPPOSED_AGREEMENT
 
     @property
     def entropy(self) -> float:
@@ -312,27 +324,34 @@ class PomdpLocalizer:
             return
         pose = moved(found.pose, motion_between(self._asked_at, self._reports.pose))
         fits = self._sonar.fit(pose, ranges)
-        if found.share < FOUND_SHARE or fits < FOUND_AGREEMENT:
+        sure = found.share >= FOUND_SHARE and fits >= FOUND_AGREEMENT
+        if not sure:
             self.markov.chances = self._rings.weigh(self.markov.chances, found.fits)
             self._weigh()
-            return
-        self._tracker.place(pose, spread=0.15, turn_spread=0.1)
-        self._readings.latest()
-        self.markov.know(pose, share=FOUND_MASS)
-        self.agreement = fits
-        self._weigh()
-        self._judge()
-        self._align()
+        if sure or (fits >= FOUND_AGREEMENT and self._is_likelier(pose)):
+            self._tracker.place(pose, spread=0.15, turn_spread=0.1)
+            self._readings.latest()
+            if sure:
+                self.markov.know(pose, share=FOUND_MASS)
+            self.agreement = fits
+            self._weigh()
+            self._judge()
+            self._align()
+
+    def _is_likelier(self, pose: Pose) -> bool:
+        """Whether a lost robot had better suppose to be at a pose than go on as it supposes."""
+        mass = self.markov.mass(pose[:2], within=SUPPORT, heading=pose[2])
+        return not self.supposes or self._support < DROPPED * mass
 
     def _align(self) -> None:
         """Tell the axis of the walls by the tracker, or by the walls while that is lost."""
-        if not self._contradicted:
+        if not self._contradicted or self.supposes:
             self._reports.align(self._reports.pose[2] - self._tracker.pose[2])
 
     def _find_axis(self) -> None:
         """Tell the axis by the walls around, whose readings contradict the tracked pose."""
         self._enter()
-        if self._contradicted and (axis := find_axis(self._grid)) is not None:
+        if self.lost and not self.supposes and (axis := find_axis(self._grid)) is not None:
             self._reports.align(axis)
 
     def _see(self) -> None:

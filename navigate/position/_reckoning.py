@@ -43,6 +43,11 @@ class DeadReckoning:
         """Never."""
         return False
 
+    @property
+    def supposes(self) -> bool:
+        """Never."""
+        return False
+
     def belief(self) -> Belief:
         """All of it at the pose reckoned."""
         return Belief(np.array([self._pose]), np.ones(1))
