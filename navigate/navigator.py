@@ -121,6 +121,7 @@ class Navigator:
         self.wheels = self.driver.step(self._view(sensors))
         if (fix := self.driver.take_fix()) is not None:
             self.localizer.place(fix, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
+        self._doubt()
         return self.wheels
 
     def start(self, goal: Point, sensors: Sensors) -> Drive:
@@ -328,6 +329,13 @@ class Navigator:
             radius = SEARCH_RADII[min(self._searches, len(SEARCH_RADII) - 1)]
             self._searches += 1
             self.localizer.recover(self._ranges, radius=radius)
+
+    def _doubt(self) -> None:
+        """Let the localizer know where the driver found that the robot cannot be."""
+        drive = self.driver.drive
+        if drive is not None and drive.refuted:
+            self.localizer.doubt()
+            drive.refuted = 0
 
     def _watch_doors(self) -> None:
         """Remember how doors stand that the robot passes."""

@@ -57,7 +57,8 @@ class Drive:
     """What a drive has come to so far.
 
     ``goal`` and ``steps``, the route that is left, are in metres on the map; ``failure`` and
-    ``done`` tell how it ended.
+    ``done`` tell how it ended. ``refuted`` says how often since the last tick a
+    lost robot found that it cannot be where it supposed to be.
     """
 
     goal: Point
@@ -72,6 +73,7 @@ class Drive:
     bumped_at: float = -math.inf
     planned_at: float = -math.inf
     in_door: bool = False
+    refuted: int = 0
     course: Manoeuvre[None] | None = None
     courtesy: Courtesy = field(default_factory=Courtesy)
 

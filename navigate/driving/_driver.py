@@ -14,6 +14,7 @@ from navigate.driving._doorpass import pass_door
 from navigate.driving._drive import LIMITS, Drive, GoalFailedError
 from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._safety import guard
+from navigate.driving._scout import Scout
 from navigate.driving._strangers import without
 from navigate.driving._turning import back_off, give_way, turn_by, wait
 from navigate.driving._view import (
@@ -270,7 +271,8 @@ class Driver:
             if not self._has_way_round(drive, view):
                 return (yield from give_way(view, trouble.at))
         elif isinstance(trouble, Astray):
-            view = yield from find_oneself(view, lambda seen: self._attempt(drive, seen))
+            scout = Scout(drive, self._attempt, self._planner.floor)
+            view = yield from find_oneself(view, scout)
             self._memory.forget_since(drive.began)
             return view
         elif isinstance(trouble, Stuck):

@@ -7,7 +7,6 @@ goes where its belief says, all in all, that the goal is nearest, or else where 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +14,20 @@ import numpy as np
 from navigate.body import BEARINGS, PITCH, wrap
 from navigate.driving._cvm import Window, choose
 from navigate.driving._drive import GoalFailedError
-from navigate.driving._turning import turn_by, wait
-from navigate.driving._view import Astray, DoorMissed, DoorShut, Manoeuvre, View, WayBlocked
+from navigate.driving._scout import Scout
+from navigate.driving._turning import back_off, turn_by, wait
+from navigate.driving._view import (
+    STOP,
+    Astray,
+    Bumped,
+    DoorMissed,
+    DoorShut,
+    Manoeuvre,
+    View,
+    WayBlocked,
+)
 from navigate.maps import Floats
 from navigate.messages import NavigationFailure
-
-Go = Callable[[View], Manoeuvre[View]]
 
 SEARCH_SECONDS = 75.0
 ADVISED_SECONDS = 240.0
@@ -35,8 +42,8 @@ WANDER_METRES, WANDER_SECONDS = 1.5, 10.0
 ADVISED_SPEED, ADVISED_METRES = 0.4, 3.0
 """How fast and how far it goes at a time where it is told to."""
 
-SUPPOSED_SECONDS = 90.0
-"""For how long it goes on as if it were where it supposes, before it tries something else."""
+HEADWAY, HEADWAY_SECONDS = 1.0, 20.0
+"""Metres by which it must get on within so many seconds while it goes as it supposes."""
 
 LISTEN_METRES = 2.5
 """Metres after which it stands meanwhile to listen."""
@@ -69,13 +76,13 @@ def make_sure(view: View) -> Manoeuvre[View]:
     return view
 
 
-def find_oneself(view: View, go: Go) -> Manoeuvre[View]:
+def find_oneself(view: View, scout: Scout) -> Manoeuvre[View]:
     """Turn, stand and go about until the position is found again.
 
     Args:
         view: what is seen now.
-        go: drives to the goal as if the robot were where a view says; it does so while readings
-            fit that, and only that it is there and not somewhere like it is in doubt.
+        scout: drives as if the robot were where a view says. It is asked to while readings fit
+            that, and only whether the robot is there or somewhere like it is in doubt.
 
     Raises:
         GoalFailedError: it was not, for `SEARCH_SECONDS`, or `ADVISED_SECONDS` where its belief
@@ -87,33 +94,70 @@ def find_oneself(view: View, go: Go) -> Manoeuvre[View]:
         if view.time > began + (ADVISED_SECONDS if advised else SEARCH_SECONDS):
             text = f"{Astray()}, wherever it looks"
             raise GoalFailedError(NavigationFailure.LOST, text, by_trouble=True)
-        if view.supposed:
-            view = yield from _go_as_supposed(view, go)
-        if view.lost:
-            view = yield from _look_round(view)
-        if view.lost and not view.supposed:
-            view = yield from (_go_on(view) if view.advice is None else _go_as_told(view))
+        try:
+            view = yield from _search_on(view, scout)
+        except Bumped as contact:
+            scout.meet(contact)
+            view = yield from back_off(contact.view, contact.direction)
     return view
 
 
-def _go_as_supposed(view: View, go: Go) -> Manoeuvre[View]:
-    """Drive as if the robot were found, and stand now and then to listen whether it is."""
-    until, listened = view.time + SUPPOSED_SECONDS, view.odom
-    course = go(replace(view, lost=False))
+def _search_on(view: View, scout: Scout) -> Manoeuvre[View]:
+    if view.supposed:
+        return (yield from _go_as_supposed(view, scout))
+    view = yield from _look_round(view)
+    if view.lost and not view.supposed:
+        view = yield from (_go_on(view) if view.advice is None else _go_as_told(view))
+    return view
+
+
+def _go_as_supposed(view: View, scout: Scout) -> Manoeuvre[View]:
+    """Drive as if the robot were found: to the goal, and on from there to where more is told."""
+    try:
+        view = yield from _suppose(view, scout.to_goal(replace(view, lost=False)))
+        if view.lost and view.supposed:
+            view = yield from _suppose(view, scout.elsewhere(replace(view, lost=False)))
+    except _Refuted:
+        scout.refute()
+        view = yield STOP
+        view = yield from _go_as_told(view)
+    return view
+
+
+def _suppose(view: View, course: Manoeuvre[View]) -> Manoeuvre[View]:
+    """Drive a course as if the robot were found, and stand now and then to listen whether it is.
+
+    Ends where it is found, or supposes to be elsewhere.
+
+    Raises:
+        _Refuted: there is no way where it should be.
+    """
+    listened = here = view.odom
+    since = view.time
     try:
         wheels = next(course)
         while True:
             before, view = view, (yield wheels)
-            if not view.supposed or _jumped(before, view) or view.time > until:
+            if not (view.lost and view.supposed) or _jumped(before, view):
                 return view
+            if math.dist(here[:2], view.odom[:2]) > HEADWAY:
+                here, since = view.odom, view.time
+            if view.time > since + HEADWAY_SECONDS:
+                raise _Refuted
             if math.dist(listened[:2], view.odom[:2]) > LISTEN_METRES:
                 view = yield from wait(view, STAND_SECONDS)
                 listened = view.odom
             wheels = course.send(replace(view, lost=False))
-    except (StopIteration, GoalFailedError, DoorShut, DoorMissed, WayBlocked):
-        return (yield from _go_on(view))
+    except StopIteration:
+        return view
+    except (GoalFailedError, DoorShut, DoorMissed, WayBlocked) as trouble:
+        raise _Refuted from trouble
     finally:
         course.close()
+
+
+class _Refuted(Exception):  # noqa: N818 -- an event on the way as well
+    """The robot cannot be where it supposed to be."""
 
 
 def _jumped(before: View, now: View) -> bool:

@@ -103,6 +103,9 @@ class Localizer(Freezable, Protocol):
         What is heard fits it then, but fits other poses as well; on the way they come apart.
         """
 
+    def doubt(self) -> None:
+        """Take in that a robot that is lost cannot well be at the estimate: it found no way on."""
+
     def belief(self) -> Belief:
         """The whole distribution, as it is published."""
 

@@ -136,6 +136,9 @@ class ParticleFilter:
         """Never."""
         return False
 
+    def doubt(self) -> None:
+        """Take no notice."""
+
     def belief(self) -> Belief:
         """The particles gathered in cells."""
         return in_cells(self._x, self._y, self._theta, np.exp(self._weights))

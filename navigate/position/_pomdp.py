@@ -65,6 +65,9 @@ SUPPOSED_AGREEMENT = 0.6
 DROPPED = 0.3
 """It supposes another one where belief in this one is less than this share of that in the other."""
 
+REFUTED = 0.2
+"""How sure such a pose is once the robot found no way on there: a door may be shut as well."""
+
 FOUND_AGREEMENT = 0.8
 LOST_DEVIATION = 1.2
 LOST_MASS = 0.02
@@ -179,6 +182,14 @@ class PomdpLocalizer:
     def belief(self) -> Belief:
         """The Markov belief."""
         return self.markov.tell()
+
+    def doubt(self) -> None:
+        """Take in that a robot that is lost cannot well be at the estimate: it found no way on."""
+        self.markov.favour(self._tracker.pose, within=SUPPORT, sure=REFUTED)
+        self._rings.settle()
+        self.agreement = 0.0
+        self._weigh()
+        self._judge()
 
     def way_to(self, goal: Point) -> float | None:
         """Which way to go on the belief, radians to the left of ahead; None for no advice.

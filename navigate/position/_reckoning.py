@@ -48,6 +48,9 @@ class DeadReckoning:
         """Never."""
         return False
 
+    def doubt(self) -> None:
+        """Take no notice."""
+
     def belief(self) -> Belief:
         """All of it at the pose reckoned."""
         return Belief(np.array([self._pose]), np.ones(1))

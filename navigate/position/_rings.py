@@ -64,6 +64,10 @@ class Rings:
             self._without = np.empty(0)
         self._before, self._states, self._since, self._place = prior, states, [], here
 
+    def settle(self) -> None:
+        """Take what was heard at this place for good; it is looked for no more there."""
+        self._without = np.empty(0)
+
     def report(self, report: Moved | Turned) -> None:
         """Take in a motion report."""
         if isinstance(report, Moved):
