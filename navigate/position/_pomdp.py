@@ -98,7 +98,7 @@ SUPPORT = 1.6
 CONTRADICTED = 0.3
 """What is left for the chance to be anywhere, at each report, while readings contradict."""
 
-COVERED = 0.95
+COVERED = 0.98
 """Belief that lies in the likely states among which a lost robot looks for a pose that fits."""
 
 ASTRAY = 0.5

@@ -21,7 +21,7 @@ from navigate.position._sonar_model import log_likelihood
 FINALISTS = 48
 """Cells that are looked at again on the fine grid."""
 
-COARSE_CELLS, FINE_CELLS = 96, 12
+COARSE_CELLS, FINE_CELLS = 64, 8
 """Cells that are looked at in a tick."""
 
 TEMPER = 0.35
@@ -53,7 +53,7 @@ class _Grid(NamedTuple):
     turns: Floats
 
 
-_COARSE = _Grid(np.linspace(-0.4, 0.4, 3), np.array([-0.1, 0.1]))
+_COARSE = _Grid(np.linspace(-0.6, 0.6, 4), np.array([-0.15, 0.0, 0.15]))
 _FINE = _Grid(np.linspace(-0.2, 0.2, 5), np.array([-0.08, 0.0, 0.08]))
 
 
