@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from navigate.driving._drive import Drive
 from navigate.driving._view import Manoeuvre, Trouble, View
-from navigate.maps import Floor, Point
+from navigate.maps import Floor
 
 FAR_OFF, FARTHER = 10.0, 5.0
 """Metres to a place that tells more than the one where the robot is, and to each further one."""

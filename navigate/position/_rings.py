@@ -19,7 +19,7 @@ SAME_PLACE = 0.7
 """Metres within which a robot that moves hears much the same again."""
 
 TEMPER = 0.25
-"""Exponent of a ring's likelihood: its readings err together, and virtual sensors heard them too."""
+"""Exponent of a ring's likelihood: readings err together, and virtual sensors take them in too."""
 
 LEFT_OVER = 0.02
 """What a ring leaves for the chance to be anywhere: what is heard may be people and carts."""

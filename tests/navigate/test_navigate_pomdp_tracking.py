@@ -148,20 +148,42 @@ def test_cells_and_tracker_agree_along_a_corridor(localizer):
     assert not localizer.lost
 
 
-def test_readings_that_contradict_make_it_lost_and_a_ring_finds_it_again(localizer):
+def lost_at(localizer, truth):
+    """Let it believe to be elsewhere until readings contradict that; then look for a ring."""
     localizer.place((7.57, 33.0, NORTH))
-    truth = (8.6, 37.2, 0.1)
     readings = ring(*truth)
-    for _ in range(400):
+    while not localizer.lost:
         localizer.sense(readings, ALL, still=False)
-        if localizer.lost:
-            break
-    assert localizer.lost
     localizer.recover(readings, radius=6.0)
-    for _ in range(100):
-        localizer.sense(readings, 0, still=True)
+
+
+def drive_on(localizer, truth, metres):
+    """Drive straight on, hearing what is to be heard, and look for a ring at the end."""
+    x, y, theta = truth
+    for _ in range(round(metres / 0.05)):
+        x, y = x + 0.05 * math.cos(theta), y + 0.05 * math.sin(theta)
+        localizer.move(Motion(0.05, 0.0, 0.0))
+        localizer.sense(ring(x, y, theta), ALL, still=False)
+    localizer.recover(ring(x, y, theta), radius=1.0)
+    for _ in range(130):
+        localizer.sense(ring(x, y, theta), 0, still=True)
+    return (x, y, theta)
+
+
+def test_readings_that_contradict_make_it_lost_and_rings_of_two_places_find_it_again(localizer):
+    truth = (8.6, 37.2, 0.1)
+    lost_at(localizer, truth)
+    assert localizer.lost
+    assert not localizer.supposes
+    for _ in range(130):
+        localizer.sense(ring(*truth), 0, still=True)
     assert math.dist(localizer.estimate.pose[:2], truth[:2]) < 0.4
+    assert localizer.lost
+    assert localizer.supposes
+    now = drive_on(localizer, truth, 2.5)
+    assert math.dist(localizer.estimate.pose[:2], now[:2]) < 0.4
     assert not localizer.lost
+    assert not localizer.supposes
 
 
 def test_who_was_lost_is_so_until_much_agrees_again(localizer):
@@ -233,10 +255,10 @@ def test_a_search_tells_how_far_the_best_pose_stands_out():
 
 
 def test_a_search_goes_on_a_few_cells_at_a_time_and_can_be_kept_meanwhile():
-    cells = np.array([(7.57, 20.0 + number, NORTH) for number in range(40)])
+    cells = np.array([(7.57, 20.0 + number / 2, NORTH) for number in range(80)])
     readings = ring(7.57, 30.0, NORTH)
     one, other = Search(ExpectedRanges(TRUE)), Search(ExpectedRanges(TRUE))
-    one.begin(cells, np.full(40, 1.0 / 40), readings)
+    one.begin(cells, np.full(80, 1.0 / 80), readings)
     assert one.go_on() is None
     assert one.busy
     thaw(other, json.loads(json.dumps(freeze(one))))
@@ -245,33 +267,46 @@ def test_a_search_goes_on_a_few_cells_at_a_time_and_can_be_kept_meanwhile():
         while search.busy:
             end = search.go_on()
         ends.append(end)
-    assert ends[0] == ends[1]
-    assert ends[0] is not None
+    assert ends[0][:2] == ends[1][:2]
+    assert (ends[0].fits == ends[1].fits).all()
+    assert ends[0].fits.shape == (80,)
+    assert abs(int(ends[0].fits.argmax()) - 20) <= 1
 
 
 def test_a_robot_that_moved_while_it_was_looked_for_is_found_where_it_is_now(localizer):
-    localizer.place((7.57, 33.0, NORTH))
     truth = (8.6, 37.2, 0.1)
-    readings = ring(*truth)
-    while not localizer.lost:
-        localizer.sense(readings, ALL, still=False)
-    localizer.recover(readings, radius=6.0)
+    lost_at(localizer, truth)
     for _ in range(10):
         localizer.move(Motion(0.05, 0.0, 0.0))
     now = (truth[0] + 0.5 * math.cos(0.1), truth[1] + 0.5 * math.sin(0.1), 0.1)
     for _ in range(60):
         localizer.sense(ring(*now), 0, still=True)
     assert math.dist(localizer.estimate.pose[:2], now[:2]) < 0.4
-    assert not localizer.lost
+    assert localizer.supposes
+
+
+def test_a_pose_that_is_doubted_is_supposed_no_more(localizer):
+    truth = (8.6, 37.2, 0.1)
+    lost_at(localizer, truth)
+    for _ in range(130):
+        localizer.sense(ring(*truth), 0, still=True)
+    before = localizer.markov.near(truth[:2], within=1.6)
+    localizer.doubt()
+    assert not localizer.supposes
+    assert localizer.lost
+    assert localizer.markov.near(truth[:2], within=1.6) < before
+    assert abs(localizer.markov.chances.sum() - 1.0) < 1e-9
 
 
 def test_suspects_are_what_is_believed_and_what_is_near(localizer):
     belief = localizer.markov
     belief.know((7.57, 60.0, NORTH))
-    poses, mass = belief.suspects((7.57, 20.0), within=2.0, astray=0.3, most=50)
+    states, mass = belief.suspects(belief.chances, (7.57, 20.0), within=2.0, astray=0.3, share=0.95)
+    poses = belief.poses(states)
     far = poses[:, 1] > 50.0
     assert mass[far].sum() > 0.5
     assert (np.hypot(*(poses[~far, :2] - (7.57, 20.0)).T) <= 2.0).any()
+    assert 0.95 <= mass.sum() < 0.97
 
 
 def test_a_verified_arrival_puts_all_belief_at_the_room(localizer):
