@@ -20,8 +20,7 @@ from navigate.driving._view import (
     STOP,
     Astray,
     Bumped,
-    DoorMissed,
-    DoorShut,
+    DoorTrouble,
     Manoeuvre,
     View,
     WayBlocked,
@@ -150,7 +149,7 @@ def _suppose(view: View, course: Manoeuvre[View]) -> Manoeuvre[View]:
             wheels = course.send(replace(view, lost=False))
     except StopIteration:
         return view
-    except (GoalFailedError, DoorShut, DoorMissed, WayBlocked) as trouble:
+    except (GoalFailedError, DoorTrouble, WayBlocked) as trouble:
         raise _Refuted from trouble
     finally:
         course.close()
