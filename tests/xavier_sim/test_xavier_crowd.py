@@ -15,7 +15,8 @@ from test_xavier_world import stroll
 from xavier_sim.body import Disc, PeopleMet
 from xavier_sim.crowd import Crowd, NoRoomError
 from xavier_sim.crowd import _person as person_module
-from xavier_sim.crowd._cart import APART, DOOR_CLEAR
+from xavier_sim.crowd._cart import APART, DOOR_CLEAR, CartSpots
+from xavier_sim.crowd._cart import RADIUS as CART_RADIUS
 from xavier_sim.crowd._person import RADIUS, Person
 from xavier_sim.crowd._walkways import Walkways
 from xavier_sim.floors import build_geometry, load_floor, segment_distances
@@ -131,6 +132,18 @@ def test_people_stop_now_and_then():
     assert not all(stands)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_who_ends_a_walk_in_a_doorway_visits_nobody(seed, monkeypatch):
+    monkeypatch.setattr(person_module, "CHAT", 1.0)
+    door = next(door for door in PLAN.doors if "r-5403" in door.between)
+    crowd = crowd_of(1, seed=seed)
+    goal = (door.at.x + 0.03, door.at.y)
+    crowd.people[0] = person = Person(door.at.x - 0.1, door.at.y, speed=1.3, lane=0.5, way=[goal])
+    walk(crowd, 1)
+    assert crowd._walkways.room_at(person.x, person.y) == "r-5403"
+    assert 0.0 < person.pause <= 60.0
+
+
 def test_same_seed_same_walks():
     one, same, other = crowd_of(4, 2, 7), crowd_of(4, 2, 7), crowd_of(4, 2, 8)
     for crowd in (one, same, other):
@@ -228,6 +241,13 @@ def test_robot_is_not_put_upon_a_person():
         world.kidnap(person.x, person.y)
 
 
+def test_carts_stand_beside_walls_and_not_in_the_mouths_of_corridors():
+    spots = CartSpots(Walkways(PLAN), [], np.random.default_rng(1))
+    found = [spots.find([], []) for _ in range(300)]
+    off_walls = [segment_distances(WALLS, *spot).min() - CART_RADIUS for spot in found]
+    assert max(off_walls) < 0.11
+
+
 def test_carts_stand_clear_of_doors_and_each_other_until_taken_away():
     crowd = crowd_of(0, 8)
     discs = [cart.disc() for cart in crowd.carts]
@@ -252,6 +272,7 @@ def test_restored_crowd_goes_on_bit_for_bit(ticks, seed):
     straight, resumed = World(PLAN, seed, people=8, carts=2), World(PLAN, people=8, carts=2)
     for number, person in enumerate(straight._crowd.people):
         person.x, person.y = 5.5 + 0.8 * number, 10.0
+    straight._crowd._list()
     straight.place_robot(4.6, 9.1, 0.3)
     stroll(straight, ticks, seed)
     resumed.restore(json.loads(json.dumps(straight.snapshot())))

@@ -68,9 +68,10 @@ class CartSpots:
             carts: the others.
         """
         for _ in range(TRIES):
-            x, y = self._beside_wall()
+            x, y = self._beside_side()
             if (
                 self._walkways.has_room(x, y, RADIUS)
+                and self._walkways.is_beside_wall(x, y, within=RADIUS + 2.0 * OFF_WALL)
                 and all((x - a) ** 2 + (y - b) ** 2 > DOOR_CLEAR**2 for a, b in self._doors)
                 and all(disc.gap(x, y, RADIUS) > UNSEEN for disc in near)
                 and all(disc.gap(x, y, RADIUS) > APART for disc in carts)
@@ -82,7 +83,7 @@ class CartSpots:
         """For how many seconds a cart is left standing."""
         return max(STAYS_LEAST, float(self._random.exponential(STAYS)))
 
-    def _beside_wall(self) -> Point:
+    def _beside_side(self) -> Point:
         """A point beside a side of some open space, which need not be a wall."""
         x, y = self._walkways.random_point(self._random, RADIUS)
         name = self._walkways.space_at(x, y)

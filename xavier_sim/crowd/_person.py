@@ -164,10 +164,9 @@ class Steering:
         """The heading of the next waypoint; None for who has just arrived, or finds no way."""
         room = self._walkways.room_at(person.x, person.y)
         while person.way and math.dist(person.way[0], (person.x, person.y)) < REACHED:
-            person.way.pop(0)
-            if not person.way and (room or self._random.random() < CHAT):
-                stay = VISIT_SECONDS if room else CHAT_SECONDS
-                person.pause = float(self._random.uniform(*stay))
+            reached = person.way.pop(0)
+            if not person.way and (stay := self._stay_at(reached)):
+                person.pause = stay
                 return None
         if not person.way:
             goal = self._choose_goal(room)
@@ -178,6 +177,16 @@ class Steering:
             return None
         x, y = person.way[0]
         return math.atan2(y - person.y, x - person.x)
+
+    def _stay_at(self, goal: Point) -> float:
+        """For how many seconds to stand at the end of a walk.
+
+        By its goal, not by where the person stands: near a goal in a doorway that may be the room.
+        """
+        if self._walkways.room_at(*goal):
+            return float(self._random.uniform(*VISIT_SECONDS))
+        chats = self._random.random() < CHAT
+        return float(self._random.uniform(*CHAT_SECONDS)) if chats else 0.0
 
     def _choose_goal(self, room: str | None) -> Point:
         """Where to go next: from a room back to the others, from there now and then into one."""

@@ -6,6 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +40,15 @@ class Opening:
     to: str
     edge: Edge
     door: int | None = None
+
+
+class _Side(NamedTuple):
+    """A side of a space as seen from a point: ``off`` metres, and where ``along`` it."""
+
+    axis: str
+    at: float
+    off: float
+    along: float
 
 
 class NoSpotError(LookupError):
@@ -119,15 +129,26 @@ class Walkways:
         low_x, low_y, high_x, high_y = self._sides[name]
         if min(x - low_x, high_x - x, y - low_y, high_y - y) >= radius:
             return True
-        sides = (
-            ("x", low_x, x - low_x, y),
-            ("x", high_x, high_x - x, y),
-            ("y", low_y, y - low_y, x),
-            ("y", high_y, high_y - y, x),
-        )
         return all(
             off >= radius or self._is_open(name, axis, at, (along - radius, along + radius))
-            for axis, at, off, along in sides
+            for axis, at, off, along in self._sides_around(name, x, y)
+        )
+
+    def is_beside_wall(self, x: float, y: float, *, within: float) -> bool:
+        """Whether there is a wall no more than so many metres off, at right angles to it."""
+        name = self.space_at(x, y)
+        return name is not None and any(
+            off <= within and not self._leads_on(name, axis, at, along)
+            for axis, at, off, along in self._sides_around(name, x, y)
+        )
+
+    def _sides_around(self, name: str, x: float, y: float) -> tuple[_Side, ...]:
+        low_x, low_y, high_x, high_y = self._sides[name]
+        return (
+            _Side("x", low_x, x - low_x, y),
+            _Side("x", high_x, high_x - x, y),
+            _Side("y", low_y, y - low_y, x),
+            _Side("y", high_y, high_y - y, x),
         )
 
     def random_point(self, random: np.random.Generator, radius: float) -> Point:
@@ -218,6 +239,15 @@ class Walkways:
     def _join(self, one: str, other: str, edge: Edge, door: int | None = None) -> None:
         self._openings[one].append(Opening(other, edge, door))
         self._openings[other].append(Opening(one, edge, door))
+
+    def _leads_on(self, space: str, axis: str, at: float, along: float) -> bool:
+        """Whether a point of a side belongs to an opening, be it shut or not."""
+        return any(
+            opening.edge.axis == axis
+            and abs(opening.edge.at - at) < 1e-6
+            and opening.edge.span[0] <= along <= opening.edge.span[1]
+            for opening in self._openings[space]
+        )
 
     def _is_open(self, space: str, axis: str, at: float, span: tuple[float, float]) -> bool:
         return any(
