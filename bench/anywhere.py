@@ -25,10 +25,11 @@ from navigate.navigator import Navigator
 from navigate.position import Picking, PomdpLocalizer
 from navigate.routes import Planner
 from xavier_sim.floors import load_floor
+from xavier_sim.profile import PROFILES
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
-MOST_TICKS = 6000
+MOST_TICKS = 9000
 START = (18.0, 39.6, 0.0)
 """Where the estimate lies that means nothing."""
 
@@ -89,9 +90,9 @@ def shortest_way(planner: Planner, start: tuple[float, float], goal: tuple[float
     return sum(math.dist(one, other) for one, other in pairwise(points))
 
 
-def run(drives: int, seed: int, policy: Picking) -> Outcome:
+def run(drives: int, seed: int, policy: Picking, profile: str) -> Outcome:
     """So many drives by one policy; all policies have the same ones."""
-    world = World(load_floor("wean5"), seed)
+    world = World(load_floor("wean5"), seed, PROFILES[profile])
     robot = RobotState(world, SimClock(0.0), speed=None)
     floor, true_floor = Floor(load_plan()), Floor(world.plan)
     localizer = PomdpLocalizer(floor, picking=policy)
@@ -113,11 +114,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--drives", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--profile", choices=sorted(PROFILES), default="xavier")
     parser.add_argument("--policies", nargs="*", choices=get_args(Picking))
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     for policy in options.policies or get_args(Picking):
-        row = {"policy": policy, **run(options.drives, options.seed, policy).row()}
+        outcome = run(options.drives, options.seed, policy, options.profile)
+        row = {"policy": policy, **outcome.row()}
         print(json.dumps(row) if options.json else row, flush=True)
 
 

@@ -29,8 +29,8 @@ from navigate.maps import Floats
 from navigate.messages import NavigationFailure
 
 SEARCH_SECONDS = 75.0
-ADVISED_SECONDS = 240.0
-"""The same for a robot whose belief says where to go: it gets about, and so to the goal."""
+ADVISED_SECONDS = 480.0
+"""The same for a robot whose belief says where to go: it gets about, 100 metres and more."""
 
 LOOK_SECONDS = 12.0
 """For how long the robot looks round before it goes somewhere else."""
@@ -87,16 +87,18 @@ def find_oneself(view: View, scout: Scout) -> Manoeuvre[View]:
         GoalFailedError: it was not, for `SEARCH_SECONDS`, or `ADVISED_SECONDS` where its belief
             says where to go.
     """
-    began, advised = view.time, False
+    began, advised, touched = view.time, False, False
     while view.lost:
         advised |= view.advice is not None or view.supposed
         if view.time > began + (ADVISED_SECONDS if advised else SEARCH_SECONDS):
             text = f"{Astray()}, wherever it looks"
             raise GoalFailedError(NavigationFailure.LOST, text, by_trouble=True)
         try:
-            view = yield from _search_on(view, scout)
+            view = yield from (_go_on(view) if touched else _search_on(view, scout))
+            touched = False
         except Bumped as contact:
             scout.meet(contact)
+            touched = True
             view = yield from back_off(contact.view, contact.direction)
     return view
 
@@ -115,6 +117,7 @@ def _go_as_supposed(view: View, scout: Scout) -> Manoeuvre[View]:
     try:
         view = yield from _suppose(view, scout.to_goal(replace(view, lost=False)))
         if view.lost and view.supposed:
+            view = yield from wait(view, STAND_SECONDS)
             view = yield from _suppose(view, scout.elsewhere(replace(view, lost=False)))
     except _Refuted:
         scout.refute()

@@ -28,6 +28,7 @@ from navigate.body import (
     look_front,
     motion_between,
     moved,
+    wrap,
 )
 from navigate.maps import Floats, Floor, Point
 from navigate.position._beacons import BeaconTracker
@@ -95,6 +96,9 @@ VOUCHING = 9.0
 SUPPORT = 1.6
 """Metres from the tracked pose within which cells speak for it: it may lie between two."""
 
+STEADY = math.radians(5.0)
+"""By how much the direction of the walls may change from one look to the next to be known."""
+
 CONTRADICTED = 0.3
 """What is left for the chance to be anywhere, at each report, while readings contradict."""
 
@@ -135,7 +139,8 @@ class PomdpLocalizer:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "agreement", "markov", "_tracker", "_reports", "_readings", "_grid",
-        "_support", "_rivalled", "_contradicted", "_search", "_rings", "_asked_at", "directives",
+        "_support", "_rivalled", "_contradicted", "_refuted", "_search", "_rings", "_asked_at",
+        "directives",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, known: bool = True, picking: Picking = "voting") -> None:
@@ -150,7 +155,7 @@ class PomdpLocalizer:
         self._rings = Rings(self.markov.model)
         self._asked_at: Pose = (0.0, 0.0, 0.0)
         self.agreement, self._support = 1.0, 1.0
-        self._rivalled = self._contradicted = False
+        self._rivalled = self._contradicted = self._refuted = False
         start = floor.plan.start
         self.place((start.x, start.y, floor.plan.start_heading))
         if not known:
@@ -171,7 +176,7 @@ class PomdpLocalizer:
     @property
     def supposes(self) -> bool:
         """Whether it is lost, but what is heard fits the tracked pose: one of many, maybe."""
-        known = self._tracker.deviations[0] < CELL
+        known = self._tracker.deviations[0] < CELL and not self._refuted
         return self._contradicted and known and self.agreement >= SUPPOSED_AGREEMENT
 
     @property
@@ -187,9 +192,8 @@ class PomdpLocalizer:
         """Take in that a robot that is lost cannot well be at the estimate: it found no way on."""
         self.markov.favour(self._tracker.pose, within=SUPPORT, sure=REFUTED)
         self._rings.settle()
-        self.agreement = 0.0
+        self._refuted = True
         self._weigh()
-        self._judge()
 
     def way_to(self, goal: Point) -> float | None:
         """Which way to go on the belief, radians to the left of ahead; None for no advice.
@@ -225,7 +229,7 @@ class PomdpLocalizer:
         self._rings.forget()
         self._grid.clear()
         self.markov.know(pose, spread=spread, turn_spread=turn_spread)
-        self.agreement = 1.0
+        self.agreement, self._refuted = 1.0, False
         self._weigh()
         self._judge()
 
@@ -310,11 +314,13 @@ class PomdpLocalizer:
     def recover(self, ranges: Floats, *, radius: float) -> None:
         """Begin to look for a pose that fits a ring of readings, unless that is under way.
 
-        It is looked for in likely cells and within ``radius`` metres of the estimate.
+        It is looked for in likely cells and within ``radius`` metres of the estimate, once the
+        direction of the walls around is known.
         """
         if self._search.busy:
             return
-        self._find_axis()
+        if not self._find_axis():
+            return
         here = self._reports.pose
         prior = self._rings.prior(self.markov.chances, here)
         if prior is None:
@@ -341,6 +347,7 @@ class PomdpLocalizer:
             self._weigh()
         if sure or (fits >= FOUND_AGREEMENT and self._is_likelier(pose)):
             self._tracker.place(pose, spread=0.15, turn_spread=0.1)
+            self._refuted = False
             self._readings.latest()
             if sure:
                 self.markov.know(pose, share=FOUND_MASS)
@@ -359,11 +366,16 @@ class PomdpLocalizer:
         if not self._contradicted or self.supposes:
             self._reports.align(self._reports.pose[2] - self._tracker.pose[2])
 
-    def _find_axis(self) -> None:
-        """Tell the axis by the walls around, whose readings contradict the tracked pose."""
+    def _find_axis(self) -> bool:
+        """Tell the axis by the walls around, while lost; whether it was known to be there."""
         self._enter()
-        if self.lost and not self.supposes and (axis := find_axis(self._grid)) is not None:
-            self._reports.align(axis)
+        if not self.lost or self.supposes:
+            return True
+        if (axis := find_axis(self._grid)) is None:
+            return False
+        off = wrap(4.0 * (axis - self._reports.axis)) / 4.0
+        self._reports.align(axis)
+        return abs(off) <= STEADY
 
     def _see(self) -> None:
         self._find_axis()
@@ -390,7 +402,7 @@ class PomdpLocalizer:
         if self.agreement < LOST_AGREEMENT:
             self._contradicted = True
         elif self.agreement >= REGAINED_AGREEMENT and self._support >= REGAINED_MASS:
-            self._contradicted = False
+            self._contradicted = self._refuted = False
 
     def _weigh(self) -> None:
         """How much of the belief speaks for the tracked pose."""

@@ -154,7 +154,8 @@ def lost_at(localizer, truth):
     readings = ring(*truth)
     while not localizer.lost:
         localizer.sense(readings, ALL, still=False)
-    localizer.recover(readings, radius=6.0)
+    for _ in range(2):
+        localizer.recover(readings, radius=6.0)
 
 
 def drive_on(localizer, truth, metres):
