@@ -7,6 +7,7 @@ moment at which a sonar last heard them. Whoever stands in the way is waited for
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from navigate.body import ROBOT_RADIUS
 from navigate.driving._strangers import Stranger, Strangers
@@ -39,6 +40,9 @@ PASSING_SPEED = 0.3
 PASSING_WITHIN = 1.1
 """Metres from the robot's centre within which somebody is passed slowly."""
 
+ACROSS = math.tan(math.radians(70.0))
+"""Of the angle off its way up to which the robot minds that whoever walks may walk into it."""
+
 CREEP_SPEED, CREEP_WITHIN = 0.1, 0.8
 """Metres per second at which the robot may touch somebody, and metres from its centre within which
 those who walk there may be met before the sonars tell."""
@@ -61,9 +65,12 @@ class Courtesy:
         self._since, self._last = -math.inf, -math.inf
         self._known: list[tuple[float, Point]] = []
 
-    def speed(self, view: View, space: Space, heading: float, top: float) -> float:
-        """The speed to drive at along ``heading``, m/s, up to ``top``; 0.0 to stand and wait."""
-        self.strangers.listen(view, space)
+    def speed(self, view: View, spaces: Sequence[Space], heading: float, top: float) -> float:
+        """The speed to drive at along ``heading``, m/s, up to ``top``; 0.0 to stand and wait.
+
+        ``spaces`` are those around the robot.
+        """
+        self.strangers.listen(view, spaces)
         met = [(one, *_seen_from(view.at, heading, one.at)) for one in self.strangers.around]
         if self._waits(view.time, met):
             return 0.0
@@ -72,7 +79,10 @@ class Courtesy:
                 walking = WALKING if one.certain else 0.0
                 top = min(top, approach_speed(x - ROBOT_RADIUS - KEEP_OFF, walking))
             if one.certain and x > 0.0:
-                top = min(top, _beside(math.hypot(x, y), walks=not one.stands(view.time)))
+                walks = not one.stands(view.time)
+                top = min(top, _beside(math.hypot(x, y), walks=walks))
+                if walks and abs(y) < ACROSS * x:
+                    top = min(top, approach_speed(math.hypot(x, y) - ROBOT_RADIUS - KEEP_OFF))
         return top
 
     def _waits(self, now: float, met: list[tuple[Stranger, float, float]]) -> bool:

@@ -13,6 +13,7 @@ from navigate.driving._doorcompany import stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorlook import SecondLook, look_along
+from navigate.driving._safety import GENTLE, is_touching
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import (
     STOP,
@@ -41,6 +42,9 @@ BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
 
 APPROACH_SPEED, CREEP_SPEED = 0.32, 0.2
+OFF_JAMBS = 0.5
+"""Metres before or behind the line from which no jamb is right beside the robot."""
+
 OPEN_DEPTH = 0.35
 """Metres behind the line that must be seen free for the door to count as open."""
 
@@ -200,7 +204,7 @@ def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:
             view = yield from _await_clear(view, frame)
             since = view.time
         else:
-            view = yield _steer(ahead, left, turned)
+            view = yield _gently(view, ahead, _steer(ahead, left, turned))
 
 
 def _steer(ahead: float, left: float, turned: float) -> Wheels:
@@ -215,6 +219,13 @@ def _steer(ahead: float, left: float, turned: float) -> Wheels:
         turn_rate(error, top=0.8),
         narrow=True,
     )
+
+
+def _gently(view: View, ahead: float, wheels: Wheels) -> Wheels:
+    """No faster than somebody may be touched who is as near as can be: no jamb is, out there."""
+    if abs(ahead) > OFF_JAMBS and is_touching(view, backward=False):
+        return wheels._replace(speed=min(GENTLE, wheels.speed))
+    return wheels
 
 
 def _await_clear(view: View, frame: DoorFrame) -> Manoeuvre[View]:

@@ -7,6 +7,7 @@ master by itself it does not report as failure.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from navigate.body import Motion, Pose, bump_direction, plausible
 from navigate.driving._doorlog import DoorLog
@@ -33,7 +34,7 @@ from navigate.driving._view import (
     Wheels,
 )
 from navigate.driving._wander import find_oneself, make_sure
-from navigate.maps import Floats, Passage, Point, frame
+from navigate.maps import Floats, Passage, Point, frame, is_room
 from navigate.messages import NavigationFailure
 from navigate.routes import (
     Hindrances,
@@ -186,7 +187,7 @@ class Driver:
             if step.door is not None:
                 view = yield from self._pass(drive, view, step, step.door)
             elif not _lined_up(view, drive.steps):
-                way = self._way(step, start)
+                way = self._way(drive.steps, start)
                 view = yield from _go(view, way, drive, behind_door=behind_door)
             behind_door = step.door is not None
             start = drive.steps.pop(0).to
@@ -225,10 +226,20 @@ class Driver:
         saved = left - sum(step.seconds for step in other)
         return Rerouted() if saved > max(WORTH_SECONDS, WORTH_SHARE * left) else None
 
-    def _way(self, step: Step, start: Point) -> Way:
-        floor = self._planner.floor
+    def _way(self, steps: Sequence[Step], start: Point) -> Way:
+        """The first of the ``steps``, from where it starts."""
+        floor, step = self._planner.floor, steps[0]
         mouths = [mouth.jambs for mouth in floor.passages if step.space in mouth.spaces]
-        return way_through(floor.spaces[step.space], start, step.to, mouths)
+        beside = [floor.space_nearest(*start)]
+        if len(steps) > 1 and steps[1].door is None:
+            beside.append(floor.spaces[steps[1].space])
+        return way_through(
+            floor.spaces[step.space],
+            start,
+            step.to,
+            mouths,
+            beside=(space for space in beside if not is_room(space)),
+        )
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
         """A way to the goal; for want of a free one, one through what was found blocked before.

@@ -14,10 +14,10 @@ from navigate.body import ROBOT_RADIUS, wrap
 from navigate.driving._courtesy import Courtesy
 from navigate.driving._cvm import TOP_SPEED, Window, choose
 from navigate.driving._lanes import Lane, pick_lane
-from navigate.driving._strangers import are_strange
+from navigate.driving._strangers import REACH, are_strange
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import STOP, Manoeuvre, View, WayBlocked, Wheels
-from navigate.maps import Floats, Point
+from navigate.maps import Floats, Point, inset
 from xavier_sim.messages import Space
 
 SLOW_SPEED = 0.12
@@ -66,7 +66,8 @@ class Way:
     """A straight way through a space, and how far to its right and left the floor reaches.
 
     ``mouths`` are the ends of its doors and openings, in their order: metres along the way and to
-    its left.
+    its left. ``beside`` are the open spaces from which it comes and to which it leads: those in
+    there are met as well.
     """
 
     space: Space
@@ -75,6 +76,7 @@ class Way:
     lowest: float = 0.0
     highest: float = 0.0
     mouths: tuple[Point, ...] = ()
+    beside: tuple[Space, ...] = ()
 
     @cached_property
     def length(self) -> float:
@@ -91,6 +93,10 @@ class Way:
         """The unit vector in the map frame."""
         return math.cos(self.heading), math.sin(self.heading)
 
+    def around(self, at: Point) -> list[Space]:
+        """The spaces of it that are near a point: in which strangers matter."""
+        return [self.space, *(one for one in self.beside if inset(one, *at) > -REACH)]
+
     def locate(self, at: Point) -> tuple[float, float]:
         """Metres along the way and to its left."""
         dx, dy = at[0] - self.start[0], at[1] - self.start[1]
@@ -99,7 +105,12 @@ class Way:
 
 
 def way_through(
-    space: Space, start: Point, goal: Point, mouths: Iterable[tuple[Point, Point]] = ()
+    space: Space,
+    start: Point,
+    goal: Point,
+    mouths: Iterable[tuple[Point, Point]] = (),
+    *,
+    beside: Iterable[Space] = (),
 ) -> Way:
     """The way between two points of a space, with lanes as far as the space is wide there.
 
@@ -108,8 +119,10 @@ def way_through(
         start: metres, like ``goal``.
         goal: where to.
         mouths: the two ends of each door and opening of the space.
+        beside: the open spaces before and behind it on the route.
     """
-    way = Way(space, start, goal)
+    others = tuple(one for one in dict.fromkeys(beside) if one != space)
+    way = Way(space, start, goal, beside=others)
     if way.length < 0.5:
         return way
     left = (-math.sin(way.heading), math.cos(way.heading))
@@ -160,7 +173,9 @@ def _top_speed(view: View, way: Way, courtesy: Courtesy, *, ends: bool) -> float
     along, left = way.locate(view.at)
     distance = math.dist(view.at, way.goal)
     top = min(TOP_SPEED, SLOW_SPEED + 0.7 * distance) if ends else TOP_SPEED
-    return courtesy.speed(view, way.space, way.heading, _past_mouths(way, along, left, top))
+    return courtesy.speed(
+        view, way.around(view.at), way.heading, _past_mouths(way, along, left, top)
+    )
 
 
 def _steer(view: View, way: Way, echoes: Floats, lane: Lane, top: float) -> Wheels:
@@ -201,8 +216,10 @@ def _obstacles(view: View, way: Way) -> Floats:
     """
     ahead, left = view.echoes[:, 0], view.echoes[:, 1]
     away = np.hypot(ahead, left)
-    strange = are_strange(view.pose, way.space, away, np.arctan2(left, ahead), view.spreads)
-    return view.echoes[strange | (away < NEAR)]
+    bearings, kept = np.arctan2(left, ahead), away < NEAR
+    for space in way.around(view.at):
+        kept |= are_strange(view.pose, space, away, bearings, view.spreads)
+    return view.echoes[kept]
 
 
 def _lane(view: View, way: Way, echoes: Floats, last: Lane | None) -> Lane:

@@ -45,7 +45,7 @@ def guard(wheels: Wheels, view: View) -> Wheels:
     room = _room_on(view, narrow=wheels.narrow, backward=wheels.speed < 0.0)
     if wheels.speed**2 > 2.0 * BRAKES * max(0.0, room):
         return Wheels(0.0, wheels.turn, wheels.narrow)
-    if not wheels.narrow and _is_touching(view, backward=wheels.speed < 0.0):
+    if not wheels.narrow and is_touching(view, backward=wheels.speed < 0.0):
         return wheels._replace(speed=max(-GENTLE, min(GENTLE, wheels.speed)))
     return wheels
 
@@ -83,7 +83,7 @@ def _room_on(view: View, *, narrow: bool, backward: bool) -> float:
     return _room(nearest - RING_RADIUS, KEEP_OFF)
 
 
-def _is_touching(view: View, *, backward: bool) -> bool:
+def is_touching(view: View, *, backward: bool) -> bool:
     """Whether something on the side that the robot drives to may touch it at any moment."""
     near = view.ranges[_BACK if backward else _FRONT] < TOUCHING
     return bool(near.any())

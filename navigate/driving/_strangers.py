@@ -7,7 +7,7 @@ in its cone that may be, hears somebody, or something that was put there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,11 +65,11 @@ class Strangers:
     def __init__(self) -> None:
         self.around: list[Stranger] = []
 
-    def listen(self, view: View, space: Space) -> None:
-        """Take in the fresh readings of a tick in which the robot is in ``space``."""
+    def listen(self, view: View, spaces: Sequence[Space]) -> None:
+        """Take in the fresh readings of a tick; ``spaces`` are those around the robot."""
         now = view.time
         self.around = [one for one in self.around if now - one.seen < FORGOTTEN_AFTER]
-        for spot in strange_echoes(view, space):
+        for spot in strange_echoes(view, spaces):
             self._meet(spot, view)
 
     def _meet(self, spot: Point, view: View) -> None:
@@ -82,12 +82,15 @@ class Strangers:
         near.at, near.seen, near.heard = spot, view.time, near.heard + 1
 
 
-def strange_echoes(view: View, space: Space) -> list[Point]:
-    """Where fresh readings lie, in the map frame, that no wall of ``space`` can be."""
+def strange_echoes(view: View, spaces: Sequence[Space]) -> list[Point]:
+    """Where fresh readings lie, in the map frame, that no wall can be: well inside a space."""
     ranges, (x, y, theta), spots = view.ranges.tolist(), view.pose, list[Point]()
     for sonar in fresh_sonars(view.fresh):
         away = RING_RADIUS + ranges[sonar]
-        if away < REACH and is_strange(view.pose, space, away, angle := sonar * PITCH):
+        if away >= REACH:
+            continue
+        angle = sonar * PITCH
+        if any(is_strange(view.pose, space, away, angle) for space in spaces):
             spots.append((away * math.cos(theta + angle) + x, away * math.sin(theta + angle) + y))
     return spots
 

@@ -16,6 +16,7 @@ from navigate.driving._courtesy import (
 from navigate.driving._follow import MOUTH_SPEED, way_through
 from navigate.driving._follow import _past_mouths as past_mouths
 from navigate.driving._view import WayBlocked
+from xavier_sim.messages import Corner, Space, SpaceKind
 
 GENTLE = 0.1
 """Metres per second at which the robot may touch somebody."""
@@ -98,6 +99,22 @@ def test_the_speed_leaves_room_to_stop_for_who_comes(room, walking):
     else:
         assert walking * STALE >= room - 1e-9
     assert KEEP_OFF > 0.0
+
+
+def test_whoever_walks_up_from_aside_is_slowed_for_before_they_are_near():
+    hall = Corridor(lambda time: (6.0, 1.0 - 0.3 * max(0.0, time - 5.0)))
+    hall.drive()
+    assert (hall.touched or 0.0) <= GENTLE
+
+
+def test_strangers_are_met_in_the_space_that_the_robot_comes_from():
+    here = Space(name="c", kind=SpaceKind.CORRIDOR, low=Corner(x=0, y=0), high=Corner(x=2, y=9))
+    there = Space(name="d", kind=SpaceKind.CORRIDOR, low=Corner(x=-9, y=9), high=Corner(x=9, y=11))
+    far = Space(name="e", kind=SpaceKind.CORRIDOR, low=Corner(x=9, y=9), high=Corner(x=19, y=11))
+    way = way_through(there, (1.0, 6.0), (8.0, 10.0), beside=(here, there, far))
+    assert way.around((1.0, 8.0)) == [there, here]
+    assert way.around((1.0, 13.0)) == [there]
+    assert way.around((7.0, 10.0)) == [there, far]
 
 
 def test_past_a_door_right_beside_it_the_robot_slows_down():

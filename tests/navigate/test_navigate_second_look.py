@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +15,7 @@ from navigate.driving import DoorLog, View
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlook import look_along
 from navigate.driving._doorpass import pass_door
+from navigate.driving._safety import GENTLE
 from navigate.driving._view import DoorObstructed, DoorShut, OffCourse
 from navigate.driving._wallscan import Line, WallScan
 from navigate.maps import Floor, load_plan
@@ -271,3 +273,17 @@ def test_somebody_who_stays_in_the_door_is_named_as_what_blocks_it():
     assert {type(met) for met in drive.troubles} == {DoorObstructed}
     assert loop.navigator.report(drive).door == "r-5303"
     assert loop.world.truth().people_hit == 0
+
+
+def test_whoever_stands_right_beside_the_way_to_a_door_is_no_more_than_brushed():
+    beside = np.full(24, 3.0)
+    beside[3] = 0.2
+    robot = Robot([(-0.45, 0.45)])
+    view = replace(robot.view(), ranges=np.full(24, 3.0), fresh=0xFFFFFF)
+    course = pass_door(view, DOOR, 1.0, DoorLog())
+    wheels = next(course)
+    while wheels.speed <= 0.0:
+        view = replace(view, time=view.time + 0.1)
+        wheels = course.send(view)
+    assert wheels.speed > 0.2
+    assert course.send(replace(view, ranges=beside)).speed == GENTLE

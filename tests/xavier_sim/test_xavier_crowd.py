@@ -86,7 +86,7 @@ def test_some_people_go_into_rooms_one_to_each_and_come_out(monkeypatch):
     monkeypatch.setattr(person_module, "VISITS", 1.0)
     monkeypatch.setattr(person_module, "VISIT_SECONDS", (1.0, 2.0))
     crowd, seen, most = crowd_of(6, seed=3), set(), 0
-    for tick in range(1500):
+    for tick in range(4000):
         crowd.step(tick, (), ())
         rooms = rooms_of(crowd)
         assert len(set(rooms)) == len(rooms)
@@ -142,6 +142,21 @@ def test_who_ends_a_walk_in_a_doorway_visits_nobody(seed, monkeypatch):
     walk(crowd, 1)
     assert crowd._walkways.room_at(person.x, person.y) == "r-5403"
     assert 0.0 < person.pause <= 60.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_nobody_walks_on_the_spot_for_long(seed):
+    crowd = crowd_of(6, 2, seed)
+    since = [(person.x, person.y) for person in crowd.people]
+    idle = 0
+    for _ in range(20):
+        walk(crowd, 600)
+        here = [(person.x, person.y) for person in crowd.people]
+        moving = [person.pause <= 0.0 and bool(person.way) for person in crowd.people]
+        near = [math.dist(*two) < 1.0 for two in zip(since, here, strict=True)]
+        idle += sum(on_spot and walks for on_spot, walks in zip(near, moving, strict=True))
+        since = here
+    assert idle <= 4
 
 
 def test_same_seed_same_walks():

@@ -63,8 +63,8 @@ HALTS_PER_SECOND = 1.0 / 90.0
 HALT_SECONDS = 10.0
 """How long for, on average."""
 
-STUCK_SECONDS = 10.0
-"""After so long without a step the person goes somewhere else."""
+STUCK_SECONDS, NEARER = 10.0, 0.1
+"""After so long without coming so many metres nearer to their waypoint people go elsewhere."""
 
 
 @dataclass
@@ -73,7 +73,8 @@ class Person:
 
     ``speed`` is how fast they like to walk, ``lane`` where they cross openings, 0 to 1. They
     stand for ``pause`` more seconds; ``aside`` are seconds for which they still step aside.
-    ``notices`` is None while no robot is near.
+    ``nearest`` is how near they have come to their waypoint, and ``stuck`` for how many seconds
+    they have come no nearer. ``notices`` is None while no robot is near.
     """
 
     x: float
@@ -85,6 +86,7 @@ class Person:
     way: list[Point] = field(default_factory=list)
     pause: float = 0.0
     aside: float = 0.0
+    nearest: float | None = None
     stuck: float = 0.0
     notices: bool | None = None
     patience: float = 0.0
@@ -165,6 +167,7 @@ class Steering:
         room = self._walkways.room_at(person.x, person.y)
         while person.way and math.dist(person.way[0], (person.x, person.y)) < REACHED:
             reached = person.way.pop(0)
+            person.nearest, person.stuck = None, 0.0
             if not person.way and (stay := self._stay_at(reached)):
                 person.pause = stay
                 return None
@@ -199,15 +202,26 @@ class Steering:
 
     def _walk(self, person: Person, ahead: float, minded: Sequence[Disc], seconds: float) -> None:
         x, y = person.way[0]
-        reach = min(LOOK_AHEAD, math.hypot(x - person.x, y - person.y))
-        for heading in self._free_headings(person, ahead, DETOURS, minded, reach):
-            person.vx = person.speed * math.cos(heading)
-            person.vy = person.speed * math.sin(heading)
-            person.stuck = 0.0
+        away = math.hypot(x - person.x, y - person.y)
+        if self._gets_nowhere(person, away, seconds):
             return
+        # Who decided but twice a second would go past a waypoint and back for ever.
+        speed, reach = min(person.speed, away / seconds), min(LOOK_AHEAD, away)
+        for heading in self._free_headings(person, ahead, DETOURS, minded, reach):
+            person.vx, person.vy = speed * math.cos(heading), speed * math.sin(heading)
+            return
+
+    @staticmethod
+    def _gets_nowhere(person: Person, away: float, seconds: float) -> bool:
+        """Whether to give a way up: round others somebody may get behind a wall and stay there."""
+        if person.nearest is None or away < person.nearest - NEARER:
+            person.nearest, person.stuck = away, 0.0
+            return False
         person.stuck += seconds
-        if person.stuck > STUCK_SECONDS:
-            person.way, person.stuck = [], 0.0
+        if person.stuck <= STUCK_SECONDS:
+            return False
+        person.way, person.nearest, person.stuck = [], None, 0.0
+        return True
 
     def _free_headings(
         self,
