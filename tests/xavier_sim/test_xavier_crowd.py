@@ -84,7 +84,7 @@ def until(crowd, come, ticks=4000):
 
 def test_some_people_go_into_rooms_one_to_each_and_come_out(monkeypatch):
     monkeypatch.setattr(person_module, "VISITS", 1.0)
-    monkeypatch.setattr(person_module, "VISIT_SECONDS", (1.0, 2.0))
+    monkeypatch.setattr(person_module, "VISIT_SECONDS", (20.0, 30.0))
     crowd, seen, most = crowd_of(6, seed=3), set(), 0
     for tick in range(4000):
         crowd.step(tick, (), ())
