@@ -101,9 +101,11 @@ class Navigator:
         silence = np.full(SONAR_COUNT, np.inf)
         self._percept = Percept(silence, 0, silence, 0)
         self._still_ticks, self._searches = 0, 0
+        self._has_sensed = False
 
     def step(self, sensors: Sensors) -> Wheels:
         """Take in what the robot senses at a tick, and answer with the wheels."""
+        self._has_sensed = True
         motion = self._reckon(sensors)
         still = motion.still()
         self._percept = self.perception.take_in(sensors, self._odom or ORIGIN)
@@ -151,6 +153,8 @@ class Navigator:
             room=room,
             confidence=round(self._confidence.at(room, self._ranges, self._odom), 4),
             time=self.time,
+            lost=self.localizer.lost,
+            heard=self._has_sensed,
         )
 
     def report(self, drive: Drive) -> NavigationReport:
@@ -265,6 +269,7 @@ class Navigator:
         """Go on from what `freeze` gave; a drive under way is given up."""
         self.cancel()
         thaw(self, state)
+        self._has_sensed = self._odom is not None
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs to go on, roughly: the estimate, not each particle."""

@@ -45,6 +45,7 @@ def drive_progress(navigator: Navigator, drive: Drive, task: str) -> DriveProgre
         goal_mass=navigator.mass_at(drive.goal),
         time=navigator.time,
         faults=navigator.perception.faults,
+        lost=navigator.localizer.lost,
     )
 
 

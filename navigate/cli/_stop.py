@@ -23,4 +23,5 @@ async def stop(*, flags: BusFlags = DEFAULT_FLAGS) -> None:
     if flags.json:
         emit_json(position)
     else:
-        emit(f"stopped at {in_words(position)}")
+        sure = position.heard and not position.lost
+        emit(f"stopped{' at' if sure else ';'} {in_words(position)}")

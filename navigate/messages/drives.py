@@ -80,7 +80,8 @@ class DriveProgress(BaseModel):
     ``room`` the room there, if any. ``metres_left`` and ``seconds_left`` are along the route,
     None while the robot plans or recovers; ``metres``, ``seconds`` and ``recoveries`` are what
     it took so far, ``goal_mass`` the share of belief at the goal. ``faults`` are the senses that
-    are not believed, such as ``sonar 3``, with the reason: ``dead``, ``stuck`` or ``off``.
+    are not believed, such as ``sonar 3``, with the reason: ``dead``, ``stuck`` or ``off``. While
+    the robot is ``lost`` the figures that hang on its place mean little.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -97,6 +98,7 @@ class DriveProgress(BaseModel):
     goal_mass: float = Field(ge=0.0, le=1.0)
     time: float
     faults: dict[str, str] = {}
+    lost: bool = False
 
 
 class Progress(Broadcast):

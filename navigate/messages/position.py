@@ -17,7 +17,9 @@ class Position(BaseModel):
     Metres and radians in the map frame; ``deviation`` is the standard deviation of the position
     in metres, ``heading_deviation`` that of the heading in radians; ``room`` is the room at
     whose place it stands, if any, and ``confidence`` how probable it is, 0 to 1, that it really
-    stands there.
+    stands there. ``lost`` says that the navigator would not drive on it: the robot may be
+    elsewhere, whatever the deviation. Without ``heard`` no robot has sent readings since the
+    navigator started: all of it is what the map, an earlier run or a person says.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -30,6 +32,8 @@ class Position(BaseModel):
     room: str | None
     confidence: float = Field(default=0.0, ge=0.0, le=1.0)
     time: float
+    lost: bool = False
+    heard: bool = True
 
 
 class WhereAmI(Query[Position]):

@@ -9,6 +9,7 @@ from navigate.driving import Drive
 from navigate.messages import Belief, BeliefState, Outlook, Progress
 from navigate.navigator import Navigator
 from navigate.reporting import belief_state, drive_progress, outlook
+from navigate.service._whereabouts_log import WhereaboutsLog
 from tca_bus import Module
 from xavier_sim.messages import Sensors
 
@@ -28,6 +29,7 @@ class Teller:
         self._told_at = -math.inf
         self._told: BeliefState | None = None
         self._faults: dict[str, str] = {}
+        self._whereabouts = WhereaboutsLog()
 
     def believed(self) -> BeliefState:
         """The belief now."""
@@ -49,6 +51,7 @@ class Teller:
     async def stepped(self) -> None:
         """The navigator took in a reading."""
         self._say_faults(self._navigator.perception.faults)
+        self._whereabouts.stepped(self._navigator)
         if abs(self._navigator.time - self._told_at) >= PERIOD - 1e-3:
             await self._tell()
 

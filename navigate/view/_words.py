@@ -24,9 +24,9 @@ def of_world(world: WorldView, position: Position) -> list[str]:
 def of_navigator(outlook: Outlook) -> list[str]:
     """What is believed, and how the drive goes."""
     belief, position = outlook.belief, outlook.belief.position
-    first = f"believed at {in_words(position, heading=False)}"
-    second = f"entropy {belief.entropy:.1f} bit" + (", lost" if belief.lost else "")
-    return [first, f"{second} · {of_drive(outlook.drive)}"]
+    words = in_words(position, heading=False)
+    first = words if position.lost or not position.heard else f"believed at {words}"
+    return [first, f"entropy {belief.entropy:.1f} bit · {of_drive(outlook.drive)}"]
 
 
 def of_drive(drive: DriveProgress | None) -> str:

@@ -12,6 +12,7 @@ import sys
 import pytest
 from command_line import run_command
 from navigate_office import office, running
+from navigate_readings import reading
 
 from navigate.cli import app
 from navigate.keeping import StateFile
@@ -265,6 +266,30 @@ async def test_the_command_line_plans_and_tells_where():
     assert "give or take" in where
     assert wrong == 2
     assert "Did you mean 'r-5313'" in err
+
+
+async def test_the_command_line_says_first_that_no_robot_was_heard_or_that_it_is_lost():
+    navigator = Navigator(Floor(load_plan()))
+    async with bus() as options:
+        service = NavigateService(navigator, options)
+        robot = Module("robot", options=options)
+        flags = ("--connect", options.connect, "--realm", options.realm)
+        async with robot, running(service.run()):
+            await robot.wait_for(WhereAmI, timeout=10)
+            _, unheard, _ = await navigate("where", *flags)
+            _, stopped_unheard, _ = await navigate("stop", *flags)
+            await robot.broadcast(reading(1))
+            await eventually(lambda: navigator.position().heard)
+            navigator.localizer.widen(spread=15.0, turn_spread=2.0)
+            _, lost, _ = await navigate("where", *flags)
+            _, stopped, _ = await navigate("stop", *flags)
+            _, told, _ = await navigate("where", "--json", *flags)
+    assert unheard.startswith("no robot has been heard yet: it is taken to be at (7.57, 12.00) m")
+    assert stopped_unheard.startswith("stopped; no robot has been heard yet")
+    assert lost.startswith("lost: it may be at (")
+    assert "give or take" not in unheard + lost
+    assert stopped.startswith("stopped; lost: it may be at (")
+    assert json.loads(told)["lost"] is True
 
 
 async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from navigate_loop import Loop
 from navigate_office import office
 
 from navigate.body import Condition
+from navigate.maps import Floor, load_plan
 from navigate.messages import (
     MOST_CELLS,
     Belief,
@@ -17,12 +20,16 @@ from navigate.messages import (
     Look,
     NavigateToGoal,
     NoticeLandmark,
+    Position,
     Progress,
     WhereAmI,
     WhereIsRoom,
 )
+from navigate.navigator import Navigator
 from navigate.reporting import belief_state, drive_progress, outlook
+from navigate.service import _sparing
 from navigate.service._telling import Teller
+from navigate.service._whereabouts_log import WhereaboutsLog
 from tca_bus import HandlerFailedError, TaskFailedError
 from xavier_sim.messages import CameraPower, Fault
 
@@ -60,6 +67,8 @@ def test_a_wide_belief_is_told_by_its_best_cells():
     assert wide.entropy > 6.0
     assert narrow.entropy < 2.0
     assert wide.lost
+    assert wide.position.lost
+    assert not narrow.position.lost
     assert narrow.goal_mass is None
     assert 0.0 <= wide.goal_mass < 0.2
 
@@ -151,3 +160,78 @@ def test_what_is_wrong_with_a_sense_is_told_and_said_once(caplog):
         "sonar 3 behaves again",
     ]
     assert outlook(navigator, None, None, "").faults == {}
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    """A wall clock that the test moves."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(_sparing, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    return clock
+
+
+def test_a_robot_that_is_lost_says_so_where_it_is_asked_and_in_the_progress_of_its_drive():
+    loop = Loop()
+    drive = loop.start("r-5303")
+    assert not loop.navigator.position().lost
+    assert not drive_progress(loop.navigator, drive, "t").lost
+    loop.navigator.localizer.widen(spread=15.0, turn_spread=2.0)
+    assert loop.navigator.position().lost
+    assert drive_progress(loop.navigator, drive, "t").lost
+
+
+def test_positions_and_progress_of_those_who_say_nothing_of_being_lost_are_understood():
+    loop = Loop()
+    old = loop.navigator.position().model_dump(exclude={"lost", "heard"})
+    assert Position.model_validate(old) == loop.navigator.position()
+    told = drive_progress(loop.navigator, loop.start("r-5303"), "t")
+    assert type(told).model_validate(told.model_dump(exclude={"lost"})) == told
+
+
+def test_a_robot_has_been_heard_once_it_sensed_and_is_still_after_a_thaw_but_not_after_a_restart():
+    loop, floor = Loop(), Floor(load_plan())
+    assert loop.navigator.position().heard
+    thawed, restarted = Navigator(floor), Navigator(floor)
+    assert not thawed.position().heard
+    thawed.thaw(loop.navigator.freeze())
+    restarted.restore(loop.navigator.snapshot())
+    assert thawed.position().heard
+    assert not restarted.position().heard
+
+
+def test_a_robot_that_gets_lost_and_finds_itself_is_in_the_log_once_a_minute_at_most(wall, caplog):
+    caplog.set_level(logging.INFO)
+    localizer = SimpleNamespace(lost=False)
+    here = Loop().navigator.position()
+    navigator = SimpleNamespace(
+        localizer=localizer,
+        position=lambda: here.model_copy(update={"lost": localizer.lost}),
+    )
+    words = WhereaboutsLog()
+    for tick in range(900):
+        localizer.lost = 10 <= tick < 500 and tick % 2 == 0
+        words.stepped(navigator)
+        wall.now += 0.1
+    lines = [(record.levelname, record.getMessage()[:35]) for record in caplog.records]
+    lost = ("WARNING", "the robot is lost: it may be at (7.")
+    found = ("INFO", "the robot has found itself at (7.57")
+    assert lines == [lost, found]
+    localizer.lost = True
+    words.stepped(navigator)
+    assert len(caplog.records) == 3
+    localizer.lost = False
+    words.stepped(navigator)
+    assert len(caplog.records) == 4
+
+
+def test_what_could_not_be_said_in_the_log_is_said_later_if_it_still_holds(wall, caplog):
+    navigator = Loop().navigator
+    words = WhereaboutsLog()
+    for spread in (15.0, 0.01, 15.0):
+        navigator.localizer.place(navigator.pose, spread=0.01, turn_spread=0.01)
+        navigator.localizer.widen(spread=spread, turn_spread=0.01)
+        words.stepped(navigator)
+    assert len(caplog.records) == 1
+    wall.now += 60.0
+    words.stepped(navigator)
+    assert len(caplog.records) == 2
