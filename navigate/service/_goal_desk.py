@@ -17,6 +17,8 @@ from navigate.messages import (
 from navigate.navigator import Navigator
 from navigate.routes import show_point
 from navigate.service._helm import SENSOR_SECONDS, Helm
+from navigate.service._intake import Kind
+from navigate.service._sparing import Sparing
 from navigate.service._telling import Teller
 from tca_bus import Context, Module, TaskContext, TaskError
 from xavier_sim.messages import Sensors
@@ -31,7 +33,7 @@ class GoalDesk:
         self._navigator, self._helm, self._teller = navigator, helm, teller
         self._errand: Drive | None = None
         self._ended, self._stopped_by, self._task = asyncio.Event(), "", ""
-        self._waits = False
+        self._waits, self._words = False, Sparing()
         module.serve(NavigateToGoal, self._on_goal)
         module.serve(StopDriving, self._on_stop)
 
@@ -45,7 +47,8 @@ class GoalDesk:
         if self._errand.done:
             self._ended.set()
         elif leapt and self._helm.sensors is not None:
-            log.warning("begins the drive to %s anew", self._name(self._errand.goal))
+            if self._words.may_say(Kind.LEAPT):
+                log.warning("begins the drive to %s anew", self._name(self._errand.goal))
             self._errand = self._navigator.start(self._errand.goal, self._helm.sensors)
             self._teller.began(self._errand, self._task)
 

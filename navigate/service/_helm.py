@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import math
 import time
 from collections.abc import Awaitable, Callable
 
 from navigate.driving import STOP, Wheels, must_stop
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
+from navigate.service._followed import Followed
 from navigate.service._intake import Intake, Judgement, Kind
+from navigate.service._sparing import Sparing
 from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError, TaskError
 from xavier_sim.messages import DoorMoved, Drive, Sensors
 
@@ -21,14 +22,11 @@ SENSOR_SECONDS = 30.0
 CLOCK_SECONDS = 2.0
 """Wall seconds that the end of a drive waits for the time of its last tick to be told."""
 
-WORD_SECONDS = 60.0
-"""Wall seconds between two words on readings that are late or missing."""
-
 log = logging.getLogger(__name__)
 
 
 class Helm:
-    """Steps a navigator with each reading and answers the robot.
+    """Steps a navigator with each reading of one robot and answers it.
 
     Args:
         navigator: what decides.
@@ -42,10 +40,12 @@ class Helm:
         self._navigator, self._module, self._stepped = navigator, module, stepped
         self.sensors: Sensors | None = None
         self._heard = asyncio.Event()
-        self._heard_at, self._said_at = 0.0, -math.inf
+        self._heard_at = 0.0
         self._unheard = 0
+        self._followed = Followed(self._is_present)
         self._intake = Intake()
-        self._amiss: str | None = None
+        self._amiss: Kind | None = None
+        self._words = Sparing()
         module.serve(Sensors, self._on_sensors)
         module.serve(DoorMoved, self._on_door_moved)
 
@@ -112,7 +112,20 @@ class Helm:
         except TimeoutError:
             log.warning("nobody tells the time of tick %d", sensors.tick)
 
-    async def _on_sensors(self, sensors: Sensors, _context: Context) -> None:
+    def _is_present(self, name: str) -> bool:
+        return any(module.name == name for module in self._module.modules())
+
+    def _is_of_the_robot(self, sender: str) -> bool:
+        verdict = self._followed.judge(sender, time.monotonic())
+        if verdict.word is not None:
+            log.warning("%s", verdict.word)
+        if verdict.other:
+            self._intake.expect_another()
+        return verdict.taken
+
+    async def _on_sensors(self, sensors: Sensors, context: Context) -> None:
+        if not self._is_of_the_robot(context.sender):
+            return
         judged = self._intake.judge(sensors)
         self._say(sensors, judged)
         if judged.kind is not Kind.USELESS:
@@ -136,19 +149,15 @@ class Helm:
         await self._stepped(leapt)
 
     def _say(self, sensors: Sensors, judged: Judgement) -> None:
-        """Say once what is amiss, until readings are sound again.
+        """Say once what is amiss, until readings are sound again; sparingly, if it comes and goes.
 
-        That some are late or missing may come and go all the time, where a machine has too much
-        to do: of that there is one word in `WORD_SECONDS`.
+        What counts is the kind: the words may tell other figures at each tick.
         """
-        said, self._amiss = self._amiss, judged.word
-        if judged.word is None or judged.word == said:
-            return
-        if judged.kind in {Kind.NEW, Kind.LATE}:
-            if time.monotonic() - self._said_at < WORD_SECONDS:
-                return
-            self._said_at = time.monotonic()
-        log.warning("sensors of tick %d: %s", sensors.tick, judged.word)
+        if judged.word is None:
+            self._amiss = None
+        elif judged.kind is not self._amiss and self._words.may_say(judged.kind):
+            self._amiss = judged.kind
+            log.warning("sensors of tick %d: %s", sensors.tick, judged.word)
 
     async def _stop_first(self, sensors: Sensors) -> None:
         """Stop before thinking, where the robot is about to drive into something.

@@ -52,6 +52,12 @@ class Intake:
         self._last: Sensors | None = None
         self._repeated = 0
         self._older: list[Sensors] = []
+        self._is_another = False
+
+    def expect_another(self) -> None:
+        """The next reading is another robot's: nothing of it goes on from the last one."""
+        self._last, self._is_another = None, True
+        self._older.clear()
 
     def judge(self, sensors: Sensors) -> Judgement:
         """Say what a reading is; one that is taken in is what the next is compared with."""
@@ -59,7 +65,7 @@ class Intake:
             return Judgement(Kind.USELESS, fault)
         last = self._last
         if last is None:
-            return self._take(sensors, Kind.NEW)
+            return self._take(sensors, Kind.LEAPT if self._is_another else Kind.NEW)
         if (sensors.tick, sensors.time) == (last.tick, last.time):
             return self._judge_repeated(sensors)
         if sensors.time == last.time:
@@ -94,7 +100,7 @@ class Intake:
         return self._take(sensors, Kind.LEAPT, word)
 
     def _take(self, sensors: Sensors, kind: Kind, word: str | None = None) -> Judgement:
-        self._last, self._repeated = sensors, 0
+        self._last, self._repeated, self._is_another = sensors, 0, False
         self._older.clear()
         return Judgement(kind, word)
 

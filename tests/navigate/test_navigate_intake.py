@@ -18,7 +18,8 @@ from navigate_readings import reading
 from navigate.maps import Floor, load_plan
 from navigate.messages import NavigateToGoal, StopDriving, WhereAmI
 from navigate.navigator import Navigator
-from navigate.service import NavigateService, _helm
+from navigate.service import NavigateService, _helm, _sparing
+from navigate.service._followed import GONE_SECONDS, MOST_NAMED, Followed
 from navigate.service._intake import STILL, Intake, Kind
 from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
 from tca_bus._clock import WallClock
@@ -122,6 +123,13 @@ class Deaf:
     async def inform(self, _message):
         """Take any command."""
 
+    def modules(self):
+        """Name the robots that are there."""
+        return [SimpleNamespace(name=name) for name in ("robot", "other")]
+
+
+ROBOT = SimpleNamespace(sender="robot")
+
 
 async def nothing(_leapt):
     """Do nothing after a step."""
@@ -131,14 +139,15 @@ async def nothing(_leapt):
 def wall(monkeypatch):
     """A wall clock that the test moves."""
     clock = SimpleNamespace(now=100.0)
-    monkeypatch.setattr(_helm, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    for module in (_helm, _sparing):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: clock.now))
     return clock
 
 
 async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
     helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
     for _ in range(5):
-        await helm._on_sensors(reading(1, lockstep=True), None)
+        await helm._on_sensors(reading(1, lockstep=True), ROBOT)
         helm.check_heard()
         wall.now += 20.0
     wall.now += 20.0
@@ -149,9 +158,106 @@ async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
 async def test_gaps_that_come_and_go_get_one_word_a_minute(wall, caplog):
     helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
     for tick in itertools.chain.from_iterable((n, n + 1) for n in range(0, 200, 10)):
-        await helm._on_sensors(reading(tick), None)
+        await helm._on_sensors(reading(tick), ROBOT)
         wall.now += 2.0
     assert sum("are missing" in word for word in caplog.messages) == 2
+
+
+async def test_useless_readings_that_come_and_go_get_one_word_a_minute_whatever_they_say(
+    wall, caplog
+):
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    for tick in range(20):
+        fields = {} if tick % 2 else {"speed": 100.0 + tick}
+        await helm._on_sensors(reading(tick, **fields), ROBOT)
+        wall.now += 4.0
+    assert [word[:21] for word in caplog.messages] == [
+        "sensors of tick 0: sp",
+        "sensors of tick 16: s",
+    ]
+
+
+async def test_what_lasts_is_said_once_though_its_words_change(wall, caplog):
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    for tick in range(20):
+        await helm._on_sensors(reading(tick, speed=100.0 + tick), ROBOT)
+        wall.now += 10.0
+    assert len(caplog.messages) == 1
+
+
+def followed(*present):
+    there = set(present)
+    return Followed(there.__contains__), there
+
+
+def test_one_robot_is_followed_and_the_other_left_aside_with_one_word():
+    robots, _ = followed("one", "two")
+    taken = [robots.judge(name, tick / 10) for tick in range(300) for name in ("one", "two")]
+    assert [verdict.taken for verdict in taken] == [True, False] * 300
+    words = [verdict.word for verdict in taken if verdict.word]
+    assert words == ["two robots send readings: follows one, and leaves those of two aside"]
+
+
+def test_no_more_than_some_robots_get_a_word():
+    robots, _ = followed("one")
+    robots.judge("one", 0.0)
+    verdicts = [robots.judge(f"robot-{number}", 0.1) for number in range(3 * MOST_NAMED)]
+    assert sum(verdict.word is not None for verdict in verdicts) == MOST_NAMED
+
+
+@pytest.mark.parametrize(
+    ("leaves", "now", "taken"),
+    [
+        (True, 0.1, True),
+        (False, 0.1, False),
+        (False, GONE_SECONDS - 0.1, False),
+        (False, GONE_SECONDS, True),
+    ],
+)
+def test_another_robot_is_followed_once_the_first_has_left_or_is_silent(leaves, now, taken):
+    robots, there = followed("one", "two")
+    robots.judge("one", 0.0)
+    if leaves:
+        there.remove("one")
+    verdict = robots.judge("two", now)
+    assert (verdict.taken, verdict.other) == (taken, taken)
+    assert robots.judge("one", now).taken is not taken
+
+
+def test_robots_that_are_not_seen_on_the_bus_have_not_left_it():
+    robots, _ = followed()
+    assert [robots.judge(name, 0.1).taken for name in ("one", "two", "one")] == [True, False, True]
+
+
+def test_a_robot_that_is_started_again_under_its_name_is_the_same():
+    robots, there = followed("one", "two")
+    robots.judge("one", 0.0)
+    there.remove("one")
+    again = robots.judge("one", 100.0)
+    assert (again.taken, again.other, again.word) == (True, False, None)
+
+
+async def test_two_robots_on_one_realm_are_one_to_the_navigator(wall, caplog):
+    navigator = Navigator(Floor(load_plan()))
+    leaps = []
+
+    async def stepped(leapt):
+        leaps.append(leapt)
+
+    helm = _helm.Helm(navigator, Deaf(), stepped)
+    other = SimpleNamespace(sender="other")
+    for tick in range(20):
+        await helm._on_sensors(reading(tick), ROBOT)
+        await helm._on_sensors(reading(tick, 9000.0, odom=floats(3, value=430.0)), other)
+        wall.now += 0.1
+    assert helm.sensors.time == navigator.time == 1001.9
+    assert leaps == [False] * 20
+    assert len(caplog.messages) == 1
+    wall.now += GONE_SECONDS
+    await helm._on_sensors(reading(3, 1001.95), other)
+    assert navigator.time == 1001.95
+    assert leaps[20:] == [True]
+    assert caplog.messages[1:] == ["follows the robot other from now on: robot is gone"]
 
 
 class Timed(Deaf):
@@ -164,7 +270,7 @@ class Timed(Deaf):
 async def test_the_end_of_a_drive_waits_for_no_robot_on_the_wall_clock(monkeypatch, caplog):
     monkeypatch.setattr(_helm, "CLOCK_SECONDS", 0.01)
     helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(WallClock()), nothing)
-    await helm._on_sensors(reading(437, 1e12, lockstep=True), None)
+    await helm._on_sensors(reading(437, 1e12, lockstep=True), ROBOT)
     await helm.until_told()
     assert "nobody tells the time" not in caplog.text
 
@@ -174,7 +280,7 @@ async def test_the_end_of_a_drive_waits_until_its_time_is_told(told, words, monk
     monkeypatch.setattr(_helm, "CLOCK_SECONDS", 0.01)
     clock = ManualClock(0.0)
     helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(clock), nothing)
-    await helm._on_sensors(reading(437, lockstep=True), None)
+    await helm._on_sensors(reading(437, lockstep=True), ROBOT)
     clock.move_to(told)
     await helm.until_told()
     assert caplog.messages.count("nobody tells the time of tick 437") == words
