@@ -15,7 +15,10 @@ LEAP = 60.0
 """Seconds by which the time may be ahead of what the ticks say: a robot that was started again."""
 
 GAP = 5
-"""Ticks without a reading that are worth a word: the robot has stopped meanwhile."""
+"""Ticks without a reading that are worth a word: the robot has stopped meanwhile.
+
+A counter that falls by more while time goes on is that of a robot that was started again.
+"""
 
 STILL = 10
 """Repetitions of a reading that nobody waits to have answered after which it is no news."""
@@ -83,6 +86,9 @@ class Intake:
 
     def _judge_newer(self, sensors: Sensors, last: Sensors) -> Judgement:
         ticks, seconds = sensors.tick - last.tick, sensors.time - last.time
+        if ticks < -GAP:
+            word = f"its counter fell from {last.tick}: the robot was started again"
+            return self._take(sensors, Kind.LEAPT, word)
         if seconds > LEAP + max(0, ticks) * sensors.period:
             return self._take(sensors, Kind.LEAPT, f"time has jumped by {seconds:+.1f} s")
         if ticks > GAP:
