@@ -9,7 +9,9 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from tca_bus import Module, NoHandlerError, TaskHandle, TimedOutError
+from tca_bus._messages import ModuleLostPolicy
 from tca_bus._protocol import KillTask, ProvidedMessage
+from tca_bus._sending import SendOptions
 from tca_bus.cli._client import NoCentralError, ask_central, joined, provided
 from tca_bus.cli._flags import DEFAULT_FLAGS, BusFlags
 from tca_bus.cli._output import emit, emit_json, note
@@ -32,6 +34,19 @@ class TaskFlags:
     """Wall seconds that the task may wait for a module that handles it."""
     id: str | None = None
     """Id of the task; sent again under the same id it is the same task."""
+    on_module_lost: ModuleLostPolicy | None = None
+    """When the module that handles it dies: fail, resend to the next that handles it, or hold until
+    one of the same name is back; the message's own by default."""
+
+    @property
+    def options(self) -> SendOptions:
+        """The same for a module that sends it."""
+        options = SendOptions(
+            id=self.id, priority=self.priority, wait_for_handler=self.wait_for_handler
+        )
+        if self.on_module_lost is not None:
+            options["on_module_lost"] = self.on_module_lost
+        return options
 
 
 DEFAULT_TASK_FLAGS = TaskFlags()
@@ -138,9 +153,7 @@ async def _send(
             data,
             task_class=kind,
             traits=None if known is None else known.traits,
-            id=task.id,
-            priority=task.priority,
-            wait_for_handler=task.wait_for_handler,
+            **task.options,
         )
     except NoHandlerError as error:
         if error.message.startswith("central:"):

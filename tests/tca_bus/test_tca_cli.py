@@ -10,6 +10,8 @@ import sys
 from contextlib import asynccontextmanager
 
 import pytest
+from bus_process import victim
+from bus_victim import Toil
 from central_robot import Arrive, Drive, robot
 from command_line import Ran, run_command
 
@@ -205,6 +207,26 @@ async def test_a_wait_that_is_too_long_ends_and_the_task_goes_on():
 
 async def is_killed(here, id):
     return (await here.me.query(FindTask(id=id))).state == "killed"
+
+
+async def test_a_task_whose_module_dies_goes_to_the_next_one_if_asked_for():
+    async with office() as here:
+        relief = Module("relief", options=here.options)
+
+        @relief.handler(Toil)
+        async def toil(message, context):
+            return context.attempt
+
+        async with victim(here.options) as process:
+            await here.me.wait_for(Toil, timeout=20.0)
+            sending = asyncio.create_task(
+                here.tca("command", "toil", "--on-module-lost", "resend"), name="sending"
+            )
+            await eventually(lambda: runs(here))
+            process.kill()
+        async with relief:
+            ran = await sending
+    assert (ran.code, ran.json) == (0, 2)
 
 
 async def test_an_interrupt_kills_the_task_that_was_sent():
