@@ -192,13 +192,25 @@ def test_each_kind_of_fault_is_done_when_it_is_due(kind):
     world = World(load_floor(FLOOR), 0, PROFILES["hard"])
     before = faults_of(world)
     mishaps = Mishaps(kind, 1)
-    mishaps.begin(world)
+    struck = [mishaps.begin(world)]
     world.tick = 12_000 if kind == "kidnap" else 6_000
-    mishaps.tend(world)
+    struck.append(mishaps.tend(world))
     assert faults_of(world) != before
     done = faults_of(world)
-    mishaps.tend(world)
+    struck.append(mishaps.tend(world))
     assert faults_of(world) == done, "once only"
+    assert struck.count(True) == 1
+
+
+@pytest.mark.parametrize(("kind", "count"), [("sonar-dead", 1), ("kidnap", 0)])
+def test_how_often_a_fault_struck_is_counted_and_kept(kind, count):
+    soak = soak_of(fault=kind)
+    soak.run_job()
+    assert soak.course.tally.faults == count
+    kept = json.loads(json.dumps(soak.snapshot()))
+    soak.course.tally.faults = 7
+    soak.restore(kept)
+    assert soak.course.tally.faults == count
 
 
 def faults_of(world):

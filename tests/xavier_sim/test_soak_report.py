@@ -98,6 +98,8 @@ def test_the_report_shows_every_job_that_did_not_end_as_it_should():
     assert (summary.reachable.jobs, summary.reachable.right) == (3, 1)
     assert (summary.unreachable.jobs, summary.unreachable.right) == (1, 1)
     assert summary.real_time_factor == 100.0
+    assert summary.navigator_settings == {"localizer": "pomdp", "policy": "voting"}
+    assert "<td>localizer pomdp, policy voting</td>" in text
     wrong = text.split("What did not end as it should")[1].split("</table>")[0]
     assert re.findall(r"<tr><td>7</td><td>(\d+)</td>", wrong) == ["1", "3"]
     assert "r-&lt;2&gt;" in wrong

@@ -81,8 +81,16 @@ def test_no_mapping(tmp_path):
 def test_binary_file(tmp_path):
     file = tmp_path / "floor.yaml"
     file.write_bytes(b"\xff\xfe\x00\x80")
-    with pytest.raises(FloorError, match="UTF-8"):
+    says = "file is 'no text from byte 0 on', expected a readable UTF-8 text file"
+    with pytest.raises(FloorError, match=says):
         load_floor(str(file))
+
+
+def test_a_field_that_there_is_not(tmp_path, plan_data):
+    entry(plan_data, "doors", "d-5303")["colour"] = "red"
+    says = r"doors\.1\.colour \(d-5303\) is 'red', expected no field of that name"
+    with pytest.raises(FloorError, match=says):
+        load(tmp_path, plan_data)
 
 
 def test_wrong_type_names_item_and_field(tmp_path, plan_data):

@@ -86,6 +86,9 @@ async def test_commands_of_the_robot(tmp_path):
         code, _, err = await run(options, "door", "r-53003", "close")
         assert code == 2
         assert "Did you mean 'r-5303'" in err
+        code, _, err = await run(options, "fault", "kidnap", "r-53003")
+        assert code == 2
+        assert "Did you mean 'r-5303'" in err
         kidnap, there, _ = await run(options, "fault", "kidnap", "R-5305", "--json")
         slip, out, _ = await run(options, "fault", "odometry", "-3.6")
         place, _, err = await run(options, "fault", "kidnap", "--x", "3")

@@ -9,7 +9,7 @@ from typing import Literal
 from cyclopts import App
 from pydantic import ValidationError
 
-from tca_bus import ConfigError, Query
+from tca_bus import ConfigError, HandlerFailedError, Query, TcaError
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, emit, emit_json, show_table
 from xavier_sim.cli._client import client
 from xavier_sim.messages import (
@@ -26,6 +26,13 @@ from xavier_sim.messages import (
     SonarFault,
     WheelSlip,
 )
+
+
+class NoSuchRoomError(TcaError, LookupError):
+    """The floor has no such room; says what the robot said, with the names that are near."""
+
+    exit_code = 2
+
 
 FLAGS = {"theta": "heading"}
 """Fields of faults that have another name on the command line."""
@@ -204,7 +211,12 @@ def _explained(error: ValidationError) -> ConfigError:
 
 async def _tell(message: Query[FaultState], flags: BusFlags) -> None:
     async with client(flags) as module:
-        state = await module.query(message)
+        try:
+            state = await module.query(message)
+        except HandlerFailedError as error:
+            if error.failure.name != "unknown_room":
+                raise
+            raise NoSuchRoomError(error.failure.text) from error
     if flags.json:
         emit_json(state)
     else:

@@ -71,7 +71,8 @@ def verify(
     if flags.json:
         emit_json({"ticks": ticks, "complete": reader.is_finished})
     else:
-        emit(f"{ticks:,} ticks come out the same, bit for bit")
+        what = "1 tick comes" if ticks == 1 else f"{ticks:,} ticks come"
+        emit(f"{what} out the same, bit for bit")
 
 
 async def run_recorded(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -78,8 +79,12 @@ class _Loader(yaml.SafeLoader):
 def _read_yaml(path: Path) -> Any:
     try:
         return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a safe one
-    except (OSError, UnicodeDecodeError) as error:
-        raise FloorError(str(path), "file", error, "a readable UTF-8 text file") from error
+    except OSError as error:
+        why = f"unreadable: {error.strerror}"
+        raise FloorError(str(path), "file", why, "a readable UTF-8 text file") from error
+    except UnicodeDecodeError as error:
+        why = f"no text from byte {error.start} on"
+        raise FloorError(str(path), "file", why, "a readable UTF-8 text file") from error
     except RecursionError as error:
         raise FloorError(str(path), "file", "nested without end", "a plain mapping") from error
     except yaml.MarkedYAMLError as error:
@@ -99,10 +104,16 @@ def _validate(file: str, data: Any) -> FloorPlan:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         item = _item_name(data, first["loc"])
-        if first["type"] == "missing":
-            raise FloorError(file, item, None, "a value") from error
-        expected = first["msg"].removeprefix("Input should be ")
-        raise FloorError(file, item, first["input"], expected) from error
+        value = None if first["type"] == "missing" else first["input"]
+        raise FloorError(file, item, value, _expected(first["type"], first["msg"])) from error
+
+
+def _expected(kind: str, message: str) -> str:
+    """What should have been there, made from the kind and the words of a validator's complaint."""
+    plain = {"missing": "a value", "extra_forbidden": "no field of that name"}
+    if kind in plain:
+        return plain[kind]
+    return re.sub(r"^(Value error, |\w+ should (be |have ))", "", message)
 
 
 def _item_name(data: dict[str, Any], location: tuple[int | str, ...]) -> str:

@@ -36,6 +36,7 @@ def _cells(figures: Figures) -> dict[str, str]:
         "people who walked into the robot": str(figures.walked_into),
         "recoveries per km": f"{figures.recoveries_per_km:.2f}",
         "rescues by people": str(figures.rescues),
+        "times that the fault struck": str(figures.faults),
         "median speed of a job, m/s": _shown(figures.median_speed),
         "speed while driving, m/s": _spread(figures.driving_speed),
         "distance between belief and truth, m": _spread(figures.position_error),

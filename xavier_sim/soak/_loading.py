@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, cast
 
@@ -71,6 +72,20 @@ def make_navigator(
         lacking = ", ".join(sorted(set(MEMBERS) - set(dir(made))))
         raise NavigatorError(name, f"makes a {type(made).__name__}, which lacks {lacking}")
     return made
+
+
+def settings_of(name: str, options: dict[str, str]) -> dict[str, str]:
+    """The options that a navigator is made with, those of its own defaults that are text included.
+
+    Raises:
+        NavigatorError: as `load_factory`.
+    """
+    factory = load_factory(name)
+    try:
+        parameters = inspect.signature(factory).parameters.values()
+    except ValueError:
+        return options
+    return {one.name: one.default for one in parameters if isinstance(one.default, str)} | options
 
 
 MEMBERS = ("cancel", "freeze", "pose", "report", "set_pose", "start", "step", "thaw")

@@ -69,25 +69,31 @@ class Mishaps:
         self._kind, self._random = kind, stream(seed, "soak-mishaps")
         self._next = round(AGAIN[kind][0] / TICK) if kind in AGAIN else None
 
-    def begin(self, world: World) -> None:
-        """Do what lasts to a new world.
+    def begin(self, world: World) -> bool:
+        """Do what lasts to a new world; whether there was something.
 
         Raises:
             NoSensorError: the robot has no sensor of the kind that is to fail.
         """
-        if self._kind in LASTING:
-            make_fault(world, LASTING[self._kind])
+        if self._kind not in LASTING:
+            return False
+        make_fault(world, LASTING[self._kind])
+        return True
 
-    def tend(self, world: World) -> None:
-        """Do what is due at this tick; a robot that fits nowhere is moved at the next one."""
+    def tend(self, world: World) -> bool:
+        """Do what is due at this tick; whether it was done.
+
+        A robot that fits nowhere is moved at the next one.
+        """
         if self._next is None or self._kind is None or world.tick < self._next:
-            return
+            return False
         pause, fault = AGAIN[self._kind]
         try:
             make_fault(world, fault(self._random, world))
         except NotFreeError:
-            return
+            return False
         self._next += round(pause / TICK)
+        return True
 
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs."""

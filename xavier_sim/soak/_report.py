@@ -146,6 +146,8 @@ def _whys(outcome: Outcome) -> Iterator[Row]:
 
 def _options(outcomes: Sequence[Outcome]) -> list[Row]:
     options = outcomes[0].options.model_dump(exclude={"seed"})
+    settings = outcomes[0].navigator_settings
+    options["navigator_options"] = ", ".join(f"{name} {value}" for name, value in settings.items())
     return [("seed", ", ".join(str(one.options.seed) for one in outcomes)), *options.items()]
 
 

@@ -55,7 +55,7 @@ class Soak:
         for move in self.course.doors.furnish():
             self._move(move)
         self._mishaps = Mishaps(options.fault, options.seed)
-        self._mishaps.begin(self.world)
+        self.course.tally.faults += self._mishaps.begin(self.world)
         self._reflex = Reflex()
         self._reflex.sense(self.world.reading)
         self.driving = False
@@ -134,7 +134,7 @@ class Soak:
     def _step(self) -> Sensors:
         command = self._reflex.allow(self._wheels.speed, self._wheels.turn)
         self._reflex.sense(self.world.step(*command))
-        self._mishaps.tend(self.world)
+        self.course.tally.faults += self._mishaps.tend(self.world)
         return self._robot.sensors()
 
     def _rest(self, watch: Watch) -> None:

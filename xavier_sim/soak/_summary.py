@@ -12,6 +12,7 @@ from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._explaining import explain
 from xavier_sim.soak._histogram import Histogram
 from xavier_sim.soak._jobs import Job, median_speed, outcomes
+from xavier_sim.soak._loading import settings_of
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._postmortem import PostMortem
 from xavier_sim.soak._tally import Tally
@@ -48,6 +49,7 @@ class Figures(BaseModel):
     ``unreachable`` those to which they left none, right when given up for that; ``changing`` the
     rest, right either way. ``bumps`` are all contacts; ``people_hit`` those in which the robot came
     towards somebody faster than 0.1 m/s, ``walked_into`` those in which somebody came to it.
+    ``faults`` is how often the fault of the options struck, once if it is one that lasts.
 
     Times are simulated seconds but for ``wall_seconds`` and ``cpu_seconds``; ``real_time_factor``
     is by the wall, ``cpu_time_factor`` by processor time. Distances are metres, speeds metres per
@@ -75,6 +77,7 @@ class Figures(BaseModel):
     walked_into: int
     rescues: int
     door_moves: int
+    faults: int
     median_speed: float | None
     driving_speed: Spread
     position_error: Spread
@@ -103,9 +106,13 @@ class Explained(BaseModel):
 
 
 class Summary(Figures):
-    """The figures of a soak, its options, and each of its failures explained."""
+    """The figures of a soak, its options, and each of its failures explained.
+
+    ``navigator_settings`` are what the navigator was made with, its own defaults among them.
+    """
 
     options: SoakOptions
+    navigator_settings: dict[str, str]
     failures: tuple[Explained, ...] = ()
 
 
@@ -130,7 +137,17 @@ class Outcome:
     def summary(self) -> Summary:
         """Its figures."""
         figures = _figures(self.tally, self.seconds, self.cost)
-        return Summary(**dict(figures), options=self.options, failures=self.failures())
+        return Summary(
+            **dict(figures),
+            options=self.options,
+            navigator_settings=self.navigator_settings,
+            failures=self.failures(),
+        )
+
+    @property
+    def navigator_settings(self) -> dict[str, str]:
+        """What the navigator was made with."""
+        return settings_of(self.options.navigator, self.options.navigator_options)
 
     def failures(self) -> tuple[Explained, ...]:
         """Why each job went wrong that did, but for those kept before there were post-mortems."""
@@ -168,6 +185,7 @@ def _figures(tally: Tally, seconds: float, cost: Cost) -> Figures:
         walked_into=sum(job.walked_into for job in jobs),
         rescues=tally.rescues,
         door_moves=tally.door_moves,
+        faults=tally.faults,
         median_speed=median_speed(jobs),
         driving_speed=_spread_of(tally.speeds),
         position_error=_spread_of(tally.errors),

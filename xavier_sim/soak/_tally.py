@@ -24,6 +24,7 @@ class Tally:
         self.jobs: list[Job] = []
         self.rescues = 0
         self.door_moves = 0
+        self.faults = 0
         self.errors = Histogram(width=ERROR_BIN, bins=ERROR_BINS)
         self.speeds = Histogram(width=SPEED_BIN, bins=SPEED_BINS)
 
@@ -38,6 +39,7 @@ class Tally:
         self.jobs.extend(other.jobs)
         self.rescues += other.rescues
         self.door_moves += other.door_moves
+        self.faults += other.faults
         self.errors.add_all(other.errors)
         self.speeds.add_all(other.speeds)
 
@@ -47,6 +49,7 @@ class Tally:
             "jobs": [job.model_dump(mode="json") for job in self.jobs],
             "rescues": self.rescues,
             "door_moves": self.door_moves,
+            "faults": self.faults,
             "errors": self.errors.snapshot(),
             "speeds": self.speeds.snapshot(),
         }
@@ -55,5 +58,7 @@ class Tally:
         """Go back to a snapshot."""
         self.jobs = [Job.model_validate(job) for job in state["jobs"]]
         self.rescues, self.door_moves = state["rescues"], state["door_moves"]
+        # Checkpoints from before faults were counted have none.
+        self.faults = state.get("faults", 0)
         self.errors.restore(state["errors"])
         self.speeds.restore(state["speeds"])
