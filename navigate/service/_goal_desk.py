@@ -16,7 +16,7 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.routes import show_point
-from navigate.service._helm import SENSOR_SECONDS, Helm
+from navigate.service._helm import SENSOR_SECONDS, Helm, SilentRobotError
 from navigate.service._intake import Kind
 from navigate.service._sparing import Sparing
 from navigate.service._telling import Teller
@@ -80,12 +80,22 @@ class GoalDesk:
         self._stopped_by, self._waits = "", True
         try:
             sensors = await self._helm.first_sensors()
+        except SilentRobotError as error:
+            raise self._failed(self._not_begun(point), NavigationFailure.LOST, error) from error
         finally:
             self._waits = False
         if self._stopped_by:
             text = f"did not set out for {self._name(point)}: stopped by {self._stopped_by}"
-            raise TaskError(NavigationFailure.CANCELLED, text)
+            raise self._failed(self._not_begun(point), NavigationFailure.CANCELLED, text)
         return sensors
+
+    def _not_begun(self, point: Point) -> Drive:
+        return Drive(point, began=self._navigator.time)
+
+    def _failed(self, drive: Drive, reason: NavigationFailure, why: object) -> TaskError:
+        """How a drive that the navigator itself did not end fails, with its report."""
+        report = self._navigator.report(drive).model_copy(update={"outcome": reason})
+        return TaskError(reason, str(why), data=report)
 
     async def _until_ended(self) -> Drive:
         """Wait for the end of the drive under way; gives it.
@@ -98,9 +108,16 @@ class GoalDesk:
                 async with asyncio.timeout(SENSOR_SECONDS):
                     await self._ended.wait()
             except TimeoutError:
-                self._helm.check_heard()
+                self._check_heard()
         assert self._errand is not None
         return self._errand
+
+    def _check_heard(self) -> None:
+        assert self._errand is not None
+        try:
+            self._helm.check_heard()
+        except SilentRobotError as error:
+            raise self._failed(self._errand, NavigationFailure.LOST, error) from error
 
     async def _on_stop(self, _query: StopDriving, context: Context) -> Position:
         driving = self._errand is not None and not self._errand.done

@@ -8,12 +8,11 @@ import time
 from collections.abc import Awaitable, Callable
 
 from navigate.driving import STOP, Wheels, must_stop
-from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
 from navigate.service._followed import Followed
 from navigate.service._intake import Intake, Judgement, Kind
 from navigate.service._sparing import Sparing
-from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError, TaskError
+from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError
 from xavier_sim.messages import DoorMoved, Drive, Sensors
 
 SENSOR_SECONDS = 30.0
@@ -23,6 +22,14 @@ CLOCK_SECONDS = 2.0
 """Wall seconds that the end of a drive waits for the time of its last tick to be told."""
 
 log = logging.getLogger(__name__)
+
+
+class SilentRobotError(Exception):
+    """The robot has sent no readings of use for ``seconds`` on the wall."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        super().__init__(f"the robot has sent no sensor readings of use for {seconds:.0f} s")
 
 
 class Helm:
@@ -53,13 +60,13 @@ class Helm:
         """The latest reading.
 
         Raises:
-            TaskError: ``lost``, the robot has sent nothing for `SENSOR_SECONDS`.
+            SilentRobotError: the robot has sent nothing for `SENSOR_SECONDS`.
         """
         try:
             async with asyncio.timeout(SENSOR_SECONDS):
                 await self._heard.wait()
         except TimeoutError as error:
-            raise _silent() from error
+            raise SilentRobotError(SENSOR_SECONDS) from error
         assert self.sensors is not None
         return self.sensors
 
@@ -67,10 +74,10 @@ class Helm:
         """Make sure that the robot still sends readings.
 
         Raises:
-            TaskError: ``lost``, it has sent none of use for `SENSOR_SECONDS`.
+            SilentRobotError: it has sent none of use for `SENSOR_SECONDS`.
         """
         if time.monotonic() - self._heard_at >= SENSOR_SECONDS:
-            raise _silent()
+            raise SilentRobotError(SENSOR_SECONDS)
 
     async def stop(self) -> None:
         """Give up the goal, stand, and say so to the robot at once."""
@@ -170,8 +177,3 @@ class Helm:
     async def _on_door_moved(self, moved: DoorMoved, _context: Context) -> None:
         if moved.open:
             self._navigator.hear_opened(moved.room)
-
-
-def _silent() -> TaskError:
-    text = f"the robot has sent no sensor readings of use for {SENSOR_SECONDS:.0f} s"
-    return TaskError(NavigationFailure.LOST, text)

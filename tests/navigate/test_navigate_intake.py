@@ -16,12 +16,12 @@ from navigate_office import running
 from navigate_readings import reading
 
 from navigate.maps import Floor, load_plan
-from navigate.messages import NavigateToGoal, StopDriving, WhereAmI
+from navigate.messages import NavigateToGoal, NavigationReport, StopDriving, WhereAmI
 from navigate.navigator import Navigator
 from navigate.service import NavigateService, _helm, _sparing
 from navigate.service._followed import GONE_SECONDS, MOST_NAMED, Followed
 from navigate.service._intake import STILL, Intake, Kind
-from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
+from tca_bus import InvalidMessageError, Module, TaskFailedError
 from tca_bus._clock import WallClock
 from tca_bus.testing import ManualClock, bus, central, eventually
 from xavier_sim.messages import Drive
@@ -162,7 +162,7 @@ async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
         helm.check_heard()
         wall.now += 20.0
     wall.now += 20.0
-    with pytest.raises(TaskError, match="no sensor readings"):
+    with pytest.raises(_helm.SilentRobotError, match="no sensor readings"):
         helm.check_heard()
 
 
@@ -361,6 +361,8 @@ async def test_a_robot_that_falls_silent_ends_the_drive(monkeypatch):
             with pytest.raises(TaskFailedError, match="no sensor readings") as caught:
                 await handle.result(timeout=20)
             assert caught.value.failure.name == "lost"
+            report = NavigationReport.model_validate(caught.value.failure.data)
+            assert (report.outcome, report.position.time) == ("lost", reading(1).time)
             assert (await robot.module.query(WhereAmI())).time == reading(1).time
 
 
@@ -379,7 +381,25 @@ async def test_a_goal_that_is_stopped_before_the_robot_says_anything_never_begin
             with pytest.raises(TaskFailedError, match=r"set out for .*stopped by") as caught:
                 await handle.result(timeout=20)
             assert caught.value.failure.name == "cancelled"
+            report = NavigationReport.model_validate(caught.value.failure.data)
+            assert (report.outcome, report.metres, report.seconds) == ("cancelled", 0.0, 0.0)
             assert not navigator.busy
+
+
+@pytest.mark.bus
+async def test_a_goal_for_a_robot_that_never_said_anything_fails_with_a_report(monkeypatch):
+    monkeypatch.setattr(_helm, "SENSOR_SECONDS", 0.1)
+    async with bus() as options, central(options):
+        service = NavigateService(Navigator(Floor(load_plan())), options)
+        asker = Module("asker", options=options)
+        async with asker, running(service.run()):
+            await asker.wait_for(NavigateToGoal, timeout=10)
+            handle = await asker.expand(NavigateToGoal(x=2187.0, y=7000.0), wait_for_handler=10)
+            with pytest.raises(TaskFailedError, match="no sensor readings") as caught:
+                await handle.result(timeout=20)
+    assert caught.value.failure.name == "lost"
+    report = NavigationReport.model_validate(caught.value.failure.data)
+    assert (report.outcome, report.metres, report.position.heard) == ("lost", 0.0, False)
 
 
 async def drive_to(module, x):
