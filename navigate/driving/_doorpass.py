@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, wrap
-from navigate.driving._doorcompany import stands_in_way
+from navigate.driving._doorcompany import is_near, stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorlook import SecondLook, look_along
@@ -204,7 +204,7 @@ def _creep(view: View, frame: DoorFrame, *, last: bool) -> Manoeuvre[View]:
             view = yield from _await_clear(view, frame)
             since = view.time
         else:
-            view = yield _gently(view, ahead, _steer(ahead, left, turned))
+            view = yield _gently(view, (ahead, left, turned), _steer(ahead, left, turned))
 
 
 def _steer(ahead: float, left: float, turned: float) -> Wheels:
@@ -221,9 +221,10 @@ def _steer(ahead: float, left: float, turned: float) -> Wheels:
     )
 
 
-def _gently(view: View, ahead: float, wheels: Wheels) -> Wheels:
-    """No faster than somebody may be touched who is as near as can be: no jamb is, out there."""
-    if abs(ahead) > OFF_JAMBS and is_touching(view, backward=False):
+def _gently(view: View, robot: tuple[float, float, float], wheels: Wheels) -> Wheels:
+    """No faster than somebody may be touched, while somebody is near who is no jamb."""
+    touching = abs(robot[0]) > OFF_JAMBS and is_touching(view, backward=False)
+    if touching or is_near(robot, view.ranges):
         return wheels._replace(speed=min(GENTLE, wheels.speed))
     return wheels
 

@@ -9,7 +9,7 @@ import pytest
 
 from navigate.body import LIDAR, RING_RADIUS, STRIPER, Laser, Sight
 from navigate.driving import View
-from navigate.driving._doorcompany import stands_in_way
+from navigate.driving._doorcompany import is_near, stands_in_way
 from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorsight import look_at_door
 from navigate.maps import Floor, load_plan
@@ -119,3 +119,17 @@ def test_the_wall_round_the_corner_is_not_taken_for_that_of_the_door():
     assert len(look_at_door((-0.7, 0.0, turned), STRIPER, ranges).wall) == 0
     askew = look_at_door((-0.7, 0.0, turned - 0.08), STRIPER, ranges)
     assert len(askew.wall) == 0
+
+
+@pytest.mark.parametrize(("sonar", "metres"), [(0, 0.6), (4, 0.7), (-5, 0.7)])
+def test_whoever_comes_near_beside_a_door_is_noticed_by_one_sonar(sonar, metres):
+    heard = SILENT.copy()
+    heard[sonar] = metres
+    assert is_near((0.3, 0.0, 0.0), heard)
+    assert not is_near((0.3, 0.0, 0.0), SILENT)
+
+
+def test_jambs_and_the_wall_beside_a_door_are_nobody():
+    heard = SILENT.copy()
+    heard[1] = heard[-1] = 0.55
+    assert not is_near((-0.85, 0.0, 0.0), heard)
