@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -74,8 +75,16 @@ class Listening:
     def serve(self, *_):
         """Take any handler."""
 
+    def modules(self):
+        return [ROBOT_MODULE]
+
     async def inform(self, message):
         self.said.append(message)
+
+
+ROBOT = SimpleNamespace(sender="xavier")
+"""The context of what it sends."""
+ROBOT_MODULE = SimpleNamespace(name="xavier")
 
 
 async def nothing(_leapt):
@@ -93,9 +102,9 @@ async def test_the_stop_is_said_before_the_navigator_thinks(lockstep):
         navigator.wheels = Wheels(0.5, 0.0)
 
     navigator.step = think
-    await helm._on_sensors(sensors(tick=1), None)
+    await helm._on_sensors(sensors(tick=1), ROBOT)
     module.said.clear()
-    await helm._on_sensors(sensors(tick=2, ahead=0.2, lockstep=lockstep), None)
+    await helm._on_sensors(sensors(tick=2, ahead=0.2, lockstep=lockstep), ROBOT)
     stops = [Drive(tick=2, speed=0.0, turn_rate=0.0, busy=False)]
     assert said_before == ([] if lockstep else stops)
     assert navigator.wheels != STOP
