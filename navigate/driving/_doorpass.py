@@ -31,12 +31,12 @@ from xavier_sim.messages import SONAR_COUNT
 DOOR_PATIENCE = 40.0
 """Simulated seconds that the robot waits before a shut door."""
 
+COMPANY_PATIENCE = 15.0
+"""The same for somebody who stands in it: they may be waiting for the robot to make room."""
+
 LOOK_AFTER, LOOK_AGAIN = 4.0, 14.0
 """Seconds before a door that seems shut after which the robot looks along the wall, and for
 another time."""
-
-COMPANY_PATIENCE = 15.0
-"""The same for somebody who stands in it: they may be waiting for the robot to make room."""
 
 BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
