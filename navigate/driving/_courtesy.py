@@ -83,7 +83,20 @@ class Courtesy:
                 top = min(top, _beside(math.hypot(x, y), walks=walks))
                 if walks and abs(y) < ACROSS * x:
                     top = min(top, approach_speed(math.hypot(x, y) - ROBOT_RADIUS - KEEP_OFF))
-        return top
+        return min(top, self._turning_speed(view))
+
+    def _turning_speed(self, view: View) -> float:
+        """The speed that those allow who are before the robot as it looks now, off its way.
+
+        It may still turn into its way, or out of it round something.
+        """
+        around = self.strangers.around
+        walkers = (one for one in around if one.certain and not one.stands(view.time))
+        seen = (_seen_from(view.at, view.pose[2], one.at) for one in walkers)
+        return min(
+            (_beside(math.hypot(x, y), walks=True) for x, y in seen if x > -ROBOT_RADIUS),
+            default=math.inf,
+        )
 
     def _waits(self, now: float, met: list[tuple[Stranger, float, float]]) -> bool:
         """Whether to stand, for somebody who is not known to stay there."""
