@@ -107,6 +107,16 @@ def test_whoever_walks_up_from_aside_is_slowed_for_before_they_are_near():
     assert (hall.touched or 0.0) <= GENTLE
 
 
+@pytest.mark.parametrize(("turned", "minded"), [(-0.65, True), (0.65, False)])
+def test_whoever_is_beside_a_robot_that_turns_is_minded_though_its_way_leads_off(turned, minded):
+    """Behind as the way goes, but before the right side of a robot that looks to its right."""
+    hall = Corridor(standing(4.6, -0.6))
+    hall.pose = (5.0, 0.0, turned)
+    hall.drive()
+    soon = hall.speeds[2:8]
+    assert (max(soon) <= GENTLE) is minded
+
+
 def test_strangers_are_met_in_the_space_that_the_robot_comes_from():
     here = Space(name="c", kind=SpaceKind.CORRIDOR, low=Corner(x=0, y=0), high=Corner(x=2, y=9))
     there = Space(name="d", kind=SpaceKind.CORRIDOR, low=Corner(x=-9, y=9), high=Corner(x=9, y=11))
