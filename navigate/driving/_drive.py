@@ -10,9 +10,11 @@ import math
 from dataclasses import dataclass, field
 
 from navigate.driving._courtesy import Courtesy
+from navigate.driving._obeying import ObedienceWatch
 from navigate.driving._view import (
     Astray,
     Bumped,
+    Disobeyed,
     DoorMissed,
     DoorObstructed,
     DoorShut,
@@ -35,6 +37,7 @@ LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
     OffCourse: (4, NavigationFailure.DOOR_BLOCKED),
     WayBlocked: (5, NavigationFailure.CORRIDOR_BLOCKED),
     Stuck: (2, NavigationFailure.NO_PROGRESS),
+    Disobeyed: (3, NavigationFailure.NO_PROGRESS),
     Astray: (6, NavigationFailure.LOST),
 }
 """How often each trouble is recovered from in one drive, and what the next one fails with."""
@@ -76,6 +79,7 @@ class Drive:
     refuted: int = 0
     course: Manoeuvre[None] | None = None
     courtesy: Courtesy = field(default_factory=Courtesy)
+    obedience: ObedienceWatch = field(default_factory=ObedienceWatch)
 
     @property
     def recoveries(self) -> int:

@@ -14,6 +14,7 @@ from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorpass import pass_door
 from navigate.driving._drive import LIMITS, Drive, GoalFailedError
 from navigate.driving._follow import Way, follow, way_through
+from navigate.driving._obeying import STILL_SECONDS
 from navigate.driving._safety import guard
 from navigate.driving._scout import Scout
 from navigate.driving._strangers import without
@@ -22,6 +23,7 @@ from navigate.driving._view import (
     STOP,
     Astray,
     Bumped,
+    Disobeyed,
     DoorObstructed,
     DoorShut,
     Manoeuvre,
@@ -56,6 +58,9 @@ NO_PROGRESS_SECONDS = 75.0
 PROGRESS = 0.2
 BUMP_PAUSE = 0.5
 """Seconds for which one contact counts as one bump."""
+
+DISOBEYED_PAUSE = 5.0
+"""Seconds after which wheels that do not turn are told again."""
 
 REPLAN_SECONDS = 5.0
 """How often the robot looks on its way whether another one is better."""
@@ -121,7 +126,9 @@ class Driver:
             return STOP
         if before is not None:
             drive.metres += _driven(before, view)
-        return guard(self._advance(drive, view), view)
+        wheels = guard(self._advance(drive, view), view)
+        drive.obedience.told(wheels, view)
+        return wheels
 
     def _advance(self, drive: Drive, view: View | None) -> Wheels:
         course = drive.course
@@ -144,6 +151,10 @@ class Driver:
         if direction is not None and view.time - drive.bumped_at > BUMP_PAUSE:
             drive.bumped_at = view.time
             return Bumped(direction, view)
+        stood = drive.obedience.stood(view)
+        if stood > STILL_SECONDS:
+            drive.obedience.forget()
+            return Disobeyed(stood)
         left = remaining(view.at, drive.steps)
         if left < drive.nearest - PROGRESS:
             drive.nearest, drive.nearest_at = left, view.time
@@ -288,6 +299,8 @@ class Driver:
             return view
         elif isinstance(trouble, Stuck):
             return (yield from turn_by(view, math.pi / 2))
+        elif isinstance(trouble, Disobeyed):
+            return (yield from wait(view, DISOBEYED_PAUSE))
         return (yield from wait(view, 0.5))
 
 

@@ -164,6 +164,17 @@ class Stuck(Trouble):
         super().__init__(f"came no nearer for {seconds:.0f} s")
 
 
+class Disobeyed(Trouble):
+    """The wheels stood for ``seconds`` though told to move."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        super().__init__(
+            f"the wheels did not turn for {seconds:.0f} s though told to: the battery may be "
+            "empty, or a stop be pressed"
+        )
+
+
 class Astray(Trouble):
     """The position estimate fell apart."""
 

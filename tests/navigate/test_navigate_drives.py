@@ -10,10 +10,13 @@ import pytest
 from navigate_loop import Loop, true_plan, with_box
 
 from navigate.driving import STOP, DoorLog, DoorTally
+from navigate.driving._view import Disobeyed
 from navigate.freezing import freeze, thaw
 from navigate.maps import Floor, UnknownRoomError, load_plan
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
+from xavier_sim.body import Battery
+from xavier_sim.profile import BatteryProfile
 
 
 def test_errands_from_room_to_room_arrive_where_they_should():
@@ -240,6 +243,31 @@ def test_a_bump_stops_the_wheels_within_the_tick_and_backs_off():
     back += (after.y - before.y) * math.sin(after.theta)
     assert back < 0.1
     assert len(loop.navigator.driver.drive.troubles) == 1
+
+
+def test_wheels_that_do_not_turn_end_the_drive_as_no_progress():
+    loop = Loop()
+    loop.world.robot.battery = Battery(BatteryProfile(), charge=0.0)
+    drive = loop.drive("r-5303", most=700)
+    assert drive.failure.reason is NavigationFailure.NO_PROGRESS
+    assert "battery" in drive.failure.text
+    assert drive.metres < 0.1
+
+
+def test_wheels_that_are_held_for_a_while_only_delay_the_drive():
+    loop = Loop()
+    loop.world.robot.battery = Battery(BatteryProfile(), charge=0.0)
+    loop.start("r-5303")
+    loop.rest(250)
+    loop.world.robot.battery = None
+    drive = loop.navigator.driver.drive
+    for _ in range(4000):
+        if drive.done:
+            break
+        loop.tick()
+    assert drive.failure is None
+    assert isinstance(drive.troubles[0], Disobeyed)
+    assert loop.off("r-5303") < 0.25
 
 
 def test_told_its_place_it_goes_on_from_there():
