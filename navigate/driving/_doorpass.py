@@ -14,7 +14,7 @@ from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorlook import SecondLook, look_along
 from navigate.driving._safety import GENTLE, is_touching
-from navigate.driving._turning import turn_rate
+from navigate.driving._turning import BACK_SPEED, turn_rate
 from navigate.driving._view import (
     STOP,
     DoorMissed,
@@ -61,7 +61,7 @@ EYES = (0, 1, -1, 2, -2, 3, -3)
 """Sonars that look at a door, those first for which the robot turns the least."""
 
 TRIES = 3
-BACK_TO, BACK_SECONDS = -0.85, 9.0
+BACK_TO, BACK_SECONDS = -0.85, 13.0
 """Metres before the line from which a new try begins, and how long backing may take."""
 
 ASIDE = 0.1
@@ -255,5 +255,5 @@ def _retreat(view: View, frame: DoorFrame, *, aside: float = 0.0) -> Manoeuvre[V
         frame.measure(view)
         off = left - (aside if ahead < COMMITTED else 0.0)
         error = wrap(max(-0.35, min(0.35, 2.0 * off)) - turned)
-        view = yield Wheels(-0.15, turn_rate(error, top=0.6), narrow=True)
+        view = yield Wheels(-BACK_SPEED, turn_rate(error, top=0.6), narrow=True)
     return view

@@ -1,7 +1,8 @@
 """Strangers: what stands or walks in a space that is empty on the map.
 
 The map's spaces are empty rectangles. A sonar that hears something well inside of one, wherever
-in its cone that may be, hears somebody, or something that was put there.
+in its cone that may be, hears somebody, or something that was put there; beams of light that end
+well inside of one see them.
 """
 
 from __future__ import annotations
@@ -36,17 +37,24 @@ FORGOTTEN_AFTER = 1.2
 REACH = 3.0
 """Metres within which strangers matter."""
 
+FEWEST_BEAMS = 3
+"""Beams that must end near each other to be taken for somebody."""
+
+BEAM_SPREAD = math.radians(0.5)
+
 
 @dataclass
 class Stranger:
-    """Something that no map knows: where it was heard last, and since when it stands there.
+    """Something that no map knows: where it was met last, and since when it stands there.
 
-    ``at`` is in metres in the map frame, times are in seconds; ``heard`` counts readings.
+    ``at`` is in metres in the map frame, and so is ``stood``, where it was when it began to stand.
+    Times are in seconds; ``heard`` counts readings.
     """
 
     at: Point
     seen: float
     since: float
+    stood: Point
     heard: int = 1
 
     def stands(self, now: float) -> bool:
@@ -69,16 +77,16 @@ class Strangers:
         """Take in the fresh readings of a tick; ``spaces`` are those around the robot."""
         now = view.time
         self.around = [one for one in self.around if now - one.seen < FORGOTTEN_AFTER]
-        for spot in strange_echoes(view, spaces):
+        for spot in (*strange_echoes(view, spaces), *strange_sights(view, spaces)):
             self._meet(spot, view)
 
     def _meet(self, spot: Point, view: View) -> None:
         near = min(self.around, key=lambda one: math.dist(one.at, spot), default=None)
         if near is None or math.dist(near.at, spot) > SAME:
-            self.around.append(Stranger(spot, view.time, view.time))
+            self.around.append(Stranger(spot, view.time, view.time, stood=spot))
             return
-        if abs(math.dist(spot, view.at) - math.dist(near.at, view.at)) > STEP:
-            near.since = view.time
+        if abs(math.dist(spot, view.at) - math.dist(near.stood, view.at)) > STEP:
+            near.since, near.stood = view.time, spot
         near.at, near.seen, near.heard = spot, view.time, near.heard + 1
 
 
@@ -93,6 +101,37 @@ def strange_echoes(view: View, spaces: Sequence[Space]) -> list[Point]:
         if any(is_strange(view.pose, space, away, angle) for space in spaces):
             spots.append((away * math.cos(theta + angle) + x, away * math.sin(theta + angle) + y))
     return spots
+
+
+def strange_sights(view: View, spaces: Sequence[Space]) -> list[Point]:
+    """Where light sees, in the map frame, what no wall can be: the nearest spot of each thing."""
+    found: list[Point] = []
+    for _, sight in view.sights:
+        spots = sight.spots[sight.ranges < REACH]
+        if len(spots) < FEWEST_BEAMS:
+            continue
+        away, bearings = np.hypot(spots[:, 0], spots[:, 1]), np.arctan2(spots[:, 1], spots[:, 0])
+        spreads = np.full(len(spots), BEAM_SPREAD)
+        strange = np.zeros(len(spots), dtype=bool)
+        for space in spaces:
+            strange |= are_strange(view.pose, space, away, bearings, spreads)
+        if strange.any():
+            angles, away = view.pose[2] + bearings[strange], away[strange]
+            ends = np.column_stack([np.cos(angles), np.sin(angles)]) * away[:, None]
+            found += _apart((ends + view.at)[np.argsort(away, kind="stable")])
+    return found
+
+
+def _apart(spots: Floats) -> list[Point]:
+    """Of spots, the nearest first, the first of each bunch of `FEWEST_BEAMS` or more."""
+    found: list[Point] = []
+    while len(spots) >= FEWEST_BEAMS:
+        x, y = spots[0].tolist()
+        own = np.hypot(spots[:, 0] - x, spots[:, 1] - y) < SAME
+        if own.sum() >= FEWEST_BEAMS:
+            found.append((x, y))
+        spots = spots[~own]
+    return found
 
 
 def is_strange(pose: Pose, space: Space, away: float, bearing: float) -> bool:

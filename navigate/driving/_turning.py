@@ -12,7 +12,9 @@ TURN_GAIN = 2.0
 TOP_TURN = 1.2
 """Radians per second on the spot."""
 
-BACK_SPEED = 0.15
+BACK_SPEED = 0.1
+"""Metres per second at which nobody behind is hurt, who is heard least there."""
+
 BACK_SECONDS = 5.0
 GIVE_WAY, GIVE_WAY_SECONDS = 0.5, 5.0
 """Metres to make room for whoever stands in the way, and seconds to let them use it."""
