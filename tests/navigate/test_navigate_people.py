@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from corridor import Corridor, standing
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from navigate.body import STRIPER
+from navigate.driving import View
 from navigate.driving._courtesy import (
     KEEP_OFF,
     STALE,
     WAIT_SECONDS,
+    Courtesy,
     approach_speed,
 )
 from navigate.driving._follow import MOUTH_SPEED, way_through
 from navigate.driving._follow import _past_mouths as past_mouths
+from navigate.driving._strangers import Strangers, strange_sights
 from navigate.driving._view import WayBlocked
 from xavier_sim.messages import Corner, Space, SpaceKind
 
@@ -136,3 +144,64 @@ def test_past_a_door_right_beside_it_the_robot_slows_down():
     assert past_mouths(way, 8.5, 0.0, 0.6) == 0.6
     assert past_mouths(way, 7.0, 0.0, 0.6) == 0.6
     assert past_mouths(way, 11.5, 0.0, 0.6) == 0.6
+
+
+HALL = Space(name="h", kind=SpaceKind.CORRIDOR, low=Corner(x=-5, y=-1.2), high=Corner(x=9, y=1.2))
+
+
+def seen(time, *people, at=0.0):
+    """What a robot at ``at`` in `HALL` sees by its light striper of people ahead, and hears not."""
+    beams = [
+        min((reach(person, at + STRIPER.ahead, look) for person in people), default=9.0)
+        for look in STRIPER.bearings
+    ]
+    sight = STRIPER.look(np.array(beams, np.float32))
+    pose, silence, nothing = (at, 0.0, 0.0), np.full(24, np.inf), np.empty((0, 2))
+    return View(time, pose, pose, silence, 0, 0, nothing, sights=((STRIPER, sight),))
+
+
+def reach(person, x, look):
+    """Metres along a beam to somebody, beyond what is seen where it misses them."""
+    ahead, left = person[0] - x, person[1]
+    along, off = ahead * math.cos(look) + left * math.sin(look), ahead * math.sin(look)
+    off -= left * math.cos(look)
+    return along - math.sqrt(0.25**2 - off**2) if abs(off) < 0.25 else 9.0
+
+
+def test_who_is_seen_twice_is_certain_though_no_sonar_hears_them():
+    strangers = Strangers()
+    strangers.listen(seen(0.0, (2.2, 0.1)), [HALL])
+    assert [one.certain for one in strangers.around] == [False]
+    strangers.listen(seen(0.1, (2.2, 0.1)), [HALL])
+    assert [one.certain for one in strangers.around] == [True]
+    assert strangers.around[0].at == pytest.approx((1.95, 0.1), abs=0.03)
+
+
+def test_two_people_who_are_seen_are_two_strangers():
+    assert len(strange_sights(seen(0.0, (2.9, -0.45), (2.5, 0.45)), [HALL])) == 2
+
+
+def test_what_light_sees_at_a_wall_or_in_one_beam_is_nobody():
+    assert strange_sights(seen(0.0, (2.9, -1.3)), [HALL]) == []
+    assert strange_sights(seen(0.0, (2.9, 0.0)), []) == []
+    assert strange_sights(seen(0.0), [HALL]) == []
+    view = seen(0.0, (2.9, 0.0))
+    (laser, sight), lone = view.sights[0], np.zeros(31, np.float32)
+    lone[15:17] = sight.ranges[15:17]
+    assert strange_sights(replace(view, sights=((laser, laser.look(lone)),)), [HALL]) == []
+
+
+def test_who_is_seen_to_walk_slowly_does_not_stand():
+    coming, standing = Strangers(), Strangers()
+    for tick in range(40):
+        coming.listen(seen(0.1 * tick, (2.9 - 0.03 * tick, 0.0)), [HALL])
+        standing.listen(seen(0.1 * tick, (2.5, 0.0)), [HALL])
+    assert not coming.around[0].stands(3.9)
+    assert standing.around[0].stands(3.9)
+
+
+def test_the_robot_slows_down_for_who_is_seen_to_come():
+    courtesy = Courtesy()
+    for tick in range(3):
+        speed = courtesy.speed(seen(0.1 * tick, (2.0 - 0.13 * tick, 0.1)), [HALL], 0.0, 0.65)
+    assert 0.0 < speed < 0.35
