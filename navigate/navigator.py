@@ -121,9 +121,7 @@ class Navigator:
         self._search()
         self._watch_doors()
         self.wheels = self.driver.step(self._view(sensors))
-        if (fix := self.driver.take_fix()) is not None:
-            self.localizer.place(fix, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
-        self._doubt()
+        self._learn()
         return self.wheels
 
     def start(self, goal: Point, sensors: Sensors) -> Drive:
@@ -212,23 +210,25 @@ class Navigator:
         """Forget what was found in the way after a time, in seconds: the clock was set back."""
         self.memory.forget_since(time)
 
-    def set_position(self, room: str) -> Position:
+    def set_position(self, room: str, *, theta: float | None = None) -> Position:
         """Believe to be at ``room``, as somebody said who sees the robot there.
 
-        That is at its place, or before its door, whichever the sonars speak for; the robot is
-        believed to look where it was believed to look, unless they contradict.
+        That is at its place, or before its door, whichever the sonars speak for. The robot looks
+        along ``theta``, radians in the map frame; unless that is said, where it was believed to
+        look, unless they contradict.
 
         Raises:
             UnknownRoomError: no such room.
         """
-        pose = self._pose_at(room)
+        pose = self._pose_at(room, theta)
         self.localizer.place(pose, spread=0.15, turn_spread=0.15)
         self._confidence.told(room.lower(), self._odom)
         return self.position()
 
-    def _pose_at(self, room: str) -> Pose:
+    def _pose_at(self, room: str, theta: float | None) -> Pose:
         spots = [self.floor.place(room), *self.planner.graph.before(room.lower())]
-        looks = [self.localizer.estimate.theta + turn for turn in LOOKS]
+        believed = self.localizer.estimate.theta
+        looks = [believed + turn for turn in LOOKS] if theta is None else [wrap(theta)]
         poses: list[Pose] = [(x, y, look) for look in looks for x, y in spots]
         return max(poses, key=lambda pose: self._favour(pose, poses[0]))
 
@@ -335,12 +335,13 @@ class Navigator:
             self._searches += 1
             self.localizer.recover(self._ranges, radius=radius)
 
-    def _doubt(self) -> None:
-        """Let the localizer know where the driver found that the robot cannot be."""
-        drive = self.driver.drive
-        if drive is not None and drive.refuted:
+    def _learn(self) -> None:
+        """Let the localizer know what the driver found out about where the robot is."""
+        findings = self.driver.take_findings()
+        if findings.pose is not None:
+            self.localizer.place(findings.pose, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
+        if findings.refuted:
             self.localizer.doubt()
-            drive.refuted = 0
 
     def _watch_doors(self) -> None:
         """Remember how doors stand that the robot passes."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from navigate.body import Pose
 from navigate.driving._courtesy import Courtesy
 from navigate.driving._obeying import ObedienceWatch
 from navigate.driving._view import (
@@ -55,13 +56,24 @@ class GoalFailedError(Exception):
         super().__init__(text)
 
 
+@dataclass(frozen=True)
+class Findings:
+    """What a drive found out about where the robot is.
+
+    ``pose`` is where it stands on the map, if that was measured; ``refuted`` says that it cannot be
+    where it supposed to be while it was lost.
+    """
+
+    pose: Pose | None = None
+    refuted: bool = False
+
+
 @dataclass
 class Drive:
     """What a drive has come to so far.
 
     ``goal`` and ``steps``, the route that is left, are in metres on the map; ``failure`` and
-    ``done`` tell how it ended. ``refuted`` says how often since the last tick a
-    lost robot found that it cannot be where it supposed to be.
+    ``done`` tell how it ended. ``findings`` are those of the last tick.
     """
 
     goal: Point
@@ -76,7 +88,7 @@ class Drive:
     bumped_at: float = -math.inf
     planned_at: float = -math.inf
     in_door: bool = False
-    refuted: int = 0
+    findings: Findings = Findings()
     course: Manoeuvre[None] | None = None
     courtesy: Courtesy = field(default_factory=Courtesy)
     obedience: ObedienceWatch = field(default_factory=ObedienceWatch)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from navigate.body import Motion, Pose, bump_direction, plausible
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorpass import pass_door
-from navigate.driving._drive import LIMITS, Drive, GoalFailedError
+from navigate.driving._drive import LIMITS, Drive, Findings, GoalFailedError
 from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._obeying import STILL_SECONDS
 from navigate.driving._safety import guard
@@ -80,7 +80,6 @@ class Driver:
         self.doors = doors or DoorLog()
         self._view: View | None = None
         self.drive: Drive | None = None
-        self._fix: Pose | None = None
 
     def start(self, goal: Point, view: View) -> Drive:
         """Take on a goal in metres; the drive's fields tell how it goes."""
@@ -101,10 +100,12 @@ class Driver:
         """Whether there is a goal under way."""
         return self.drive is not None and not self.drive.done
 
-    def take_fix(self) -> Pose | None:
-        """Where the robot stands on the map, once, when it has measured that at this tick."""
-        fix, self._fix = self._fix, None
-        return fix
+    def take_findings(self) -> Findings:
+        """What the drive found out at this tick about where the robot is; once."""
+        if self.drive is None:
+            return Findings()
+        findings, self.drive.findings = self.drive.findings, Findings()
+        return findings
 
     def without_company(self, ranges: Floats, pose: Pose) -> Floats:
         """A ring of ranges in metres, less what comes from those who stand around the robot."""
@@ -287,7 +288,7 @@ class Driver:
         elif isinstance(trouble, DoorObstructed):
             return (yield from give_way(view, trouble.at))
         elif isinstance(trouble, OffCourse):
-            self._fix = trouble.pose
+            drive.findings = Findings(pose=trouble.pose)
         elif isinstance(trouble, WayBlocked):
             self._memory.blocked(trouble.at, view.time)
             if not self._has_way_round(drive, view):

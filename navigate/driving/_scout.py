@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from navigate.driving._drive import Drive
+from navigate.driving._drive import Drive, Findings
 from navigate.driving._view import Manoeuvre, Trouble, View
 from navigate.maps import Floor
 
@@ -49,4 +49,4 @@ class Scout:
 
     def refute(self) -> None:
         """Say that the robot cannot be where it supposes: the way that should be there is not."""
-        self._drive.refuted += 1
+        self._drive.findings = Findings(refuted=True)

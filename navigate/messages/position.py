@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from navigate.messages.places import RoomName
 from tca_bus import Broadcast, Command, Query
+
+MOST_TURN = 2.0 * math.pi
+"""Radians of a heading at most, either way."""
 
 MOST_CELLS = 64
 """Cells that a `Belief` tells at most: the most probable ones."""
@@ -43,11 +48,17 @@ class WhereAmI(Query[Position]):
 
 
 class SetPosition(Command[Position]):
-    """Tell the navigator that the robot stands at ``room``, as a person said."""
+    """Tell the navigator that the robot stands at ``room``, as a person said.
+
+    ``theta`` is where it looks, radians in the map frame, counter-clockwise from east; unless it is
+    said, it looks where it was believed to look, or where the sonars fit. Fails with
+    ``unknown_room``.
+    """
 
     wire_name = "C_setPosition"
 
     room: RoomName
+    theta: float | None = Field(default=None, allow_inf_nan=False, ge=-MOST_TURN, le=MOST_TURN)
 
 
 class NoticeLandmark(Command[Position]):

@@ -46,7 +46,7 @@ class PositionDesk:
 
     async def _on_set_position(self, command: SetPosition, _context: TaskContext) -> Position:
         with told_unknown():
-            return self._navigator.set_position(command.room)
+            return self._navigator.set_position(command.room, theta=command.theta)
 
     async def _on_notice(self, command: NoticeLandmark, _context: TaskContext) -> Position:
         with told_unknown():

@@ -168,6 +168,8 @@ async def test_questions_about_rooms_routes_and_places():
         position = await told.result(timeout=10)
         assert position.room == "r-5303"
         assert 0.0 <= position.confidence <= 1.0
+        told = await asker.execute(SetPosition(room="r-5303", theta=2.0))
+        assert (await told.result(timeout=10)).theta == pytest.approx(2.0, abs=1e-3)
         wrong = await asker.execute(SetPosition(room="lounge"))
         with pytest.raises(TaskFailedError) as failed:
             await wrong.result(timeout=10)

@@ -283,6 +283,16 @@ def test_told_its_place_it_goes_on_from_there():
         navigator.set_position("r-1")
 
 
+def test_told_its_heading_as_well_it_believes_that_too():
+    loop = Loop(seed=3)
+    loop.rest(5)
+    navigator = loop.navigator
+    for theta, believed in ((1.0, 1.0), (-6.0, 2.0 * math.pi - 6.0)):
+        assert navigator.set_position("r-5303", theta=theta).theta == pytest.approx(
+            believed, abs=1e-3
+        )
+
+
 def test_displaced_unseen_it_notices_and_finds_itself():
     loop = Loop(seed=1)
     loop.drive("r-5303")

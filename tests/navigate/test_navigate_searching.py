@@ -77,22 +77,22 @@ def test_once_found_it_searches_no_more():
     view, _ = ticks(course, SUPPOSING, 20)
     with pytest.raises(StopIteration):
         course.send(replace(view, lost=False, supposed=False))
-    assert drive.refuted == 0
+    assert not drive.findings.refuted
 
 
 def test_a_way_on_which_it_does_not_get_on_refutes_what_it_supposed():
     course, drive = search(Ways())
     ticks(course, SUPPOSING, round(10 * HEADWAY_SECONDS) - 2, speed=0.0)
-    assert drive.refuted == 0
+    assert not drive.findings.refuted
     course, drive = search(Ways())
     ticks(course, SUPPOSING, round(10 * HEADWAY_SECONDS) + 2, speed=0.0)
-    assert drive.refuted == 1
+    assert drive.findings.refuted
 
 
 def test_a_door_that_is_not_there_refutes_it_as_well_and_ends_no_drive():
     course, drive = search(Ways(DoorMissed("d-5303")))
     ticks(course, SUPPOSING, 2)
-    assert drive.refuted == 1
+    assert drive.findings.refuted
     assert drive.troubles == []
 
 

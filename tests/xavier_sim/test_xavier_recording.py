@@ -107,6 +107,7 @@ def test_every_channel_has_a_schema_that_its_messages_fit(recording):
         "/log": "foxglove.Log",
         "/odometry": "foxglove.Odometry",
         "/position": "foxglove.PoseInFrame",
+        "/progress": "DriveState",
         "/robot": "foxglove.SceneUpdate",
         "/sonar": "foxglove.SceneUpdate",
         "/striper": "foxglove.LaserScan",

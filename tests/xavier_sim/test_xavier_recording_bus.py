@@ -10,7 +10,7 @@ import sys
 import pytest
 from mcap.reader import make_reader
 
-from navigate.messages import Belief, BeliefCell, BeliefState, Position
+from navigate.messages import Belief, BeliefCell, BeliefState, DriveProgress, Position, Progress
 from tca_bus import Command, Module
 from tca_bus.testing import bus, central, eventually
 from xavier_sim.cli._recording import beginning_of
@@ -75,6 +75,10 @@ class Listener(Recorder):
         super().believe(belief)
         self.heard.add("belief")
 
+    def advance(self, progress):
+        super().advance(progress)
+        self.heard.add("progress")
+
     def hear(self, status):
         super().hear(status)
         self.heard.add(status.state)
@@ -98,7 +102,11 @@ async def test_what_others_say_is_recorded(tmp_path):
     at = {"x": 5.0, "y": 12.0, "theta": 1.5, "deviation": 0.1, "heading_deviation": 0.1}
     position = Position(**at, room=None, time=1000.0)
     cells = (BeliefCell(x=5.0, y=12.0, theta=1.5, mass=0.8),)
-    told = BeliefState(position=position, entropy=0.5, lost=False, cells=cells)
+    told = BeliefState(position=position, entropy=0.5, lost=False, goal_mass=0.25, cells=cells)
+    driven = DriveProgress(
+        task="t1", x=500.0, y=1200.0, room=None, metres_left=7.5, seconds_left=None,
+        metres=1.0, seconds=3.0, recoveries=2, goal_mass=0.25, time=1000.0,
+    )  # fmt: skip
     async with (
         bus() as options,
         central(options),
@@ -116,13 +124,17 @@ async def test_what_others_say_is_recorded(tmp_path):
 
             async def is_heard():
                 await navigator.broadcast(Belief(state=told))
-                return "belief" in recorder.heard
+                await navigator.broadcast(Progress(drive=driven))
+                return {"belief", "progress"} <= recorder.heard
 
             await eventually(is_heard)
             await navigator.execute(Wink(), id="wink-1")
             await eventually(lambda: "achieved" in recorder.heard)
     beliefs, tasks = shown(path, "/belief"), shown(path, "/tasks")
     assert beliefs[0]["entropy"] == 0.5
+    assert beliefs[0]["goal_mass"] == 0.25
+    drives = shown(path, "/progress")
+    assert (drives[0]["task"], drives[0]["metres_left"], drives[0]["recoveries"]) == ("t1", 7.5, 2)
     assert beliefs[0]["cells"] == [{"x": 5.0, "y": 12.0, "theta": 1.5, "mass": 0.8}]
     assert {(task["id"], task["name"]) for task in tasks} == {("wink-1", "C_wink")}
 

@@ -11,7 +11,14 @@ from xavier_sim.cli._recording import beginning_of
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import CameraPower, DoorMoved, Drive, Fault, PlateReading, Sensors
 from xavier_sim.recording import RecordingReader, Tape
-from xavier_sim.recording._heard import Belief, BeliefState, BelievedCell, BelievedPose
+from xavier_sim.recording._heard import (
+    Belief,
+    BeliefState,
+    BelievedCell,
+    BelievedPose,
+    DriveState,
+    Progress,
+)
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
@@ -45,8 +52,16 @@ def status(**fields):
 def belief(time):
     at = BelievedPose(x=5.0, y=12.0, theta=1.5, deviation=0.1, time=time)
     cells = [BelievedCell(x=5.0, y=12.0, theta=1.5, mass=0.8)]
-    state = BeliefState(position=at, entropy=0.7, lost=False, cells=tuple(cells))
+    state = BeliefState(position=at, entropy=0.7, lost=False, goal_mass=0.25, cells=tuple(cells))
     return Belief(state=state)
+
+
+def progress():
+    drive = DriveState(
+        task="t1", x=500.0, y=1200.0, room="r-5303", metres_left=7.5, seconds_left=12.0,
+        metres=1.0, seconds=3.0, recoveries=1, goal_mass=0.25, faults={"sonar 3": "dead"},
+    )  # fmt: skip
+    return Progress(drive=drive)
 
 
 def things(state):
@@ -78,6 +93,7 @@ def write(stream, *, flush_every=1):
             tape.flush()
     told.append(belief(state.now - 0.1))
     tape.believe(told[-1])
+    tape.advance(progress())
     tape.hear(status())
     message, more = state.sensors(), state.true_location()
     tape.sense(message, more)

@@ -37,6 +37,9 @@ BELIEF = "/belief"
 END = "xavier.end"
 """Name of the metadata that a recorder writes at last."""
 
+PROGRESS = "/progress"
+"""Topic of how the drive under way goes."""
+
 SEQUENCES = 1 << 32
 """MCAP numbers messages in 32 bits; a recording has fewer."""
 

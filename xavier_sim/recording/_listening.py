@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 from typing import TypeVar
 
 from tca_bus import BusOptions, Module, RefusedError, Subscription, TaskStatus
-from xavier_sim.recording._heard import Belief
+from xavier_sim.recording._heard import Belief, Progress
 from xavier_sim.recording._recorder import Recorder
 
 log = logging.getLogger(__name__)
@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 @asynccontextmanager
 async def listening(recorder: Recorder, options: BusOptions) -> AsyncIterator[None]:
-    """Record beliefs and task states until the block is left.
+    """Record beliefs, drives and task states until the block is left.
 
     What the policy of the router keeps from the robot is left out, with a warning.
 
@@ -33,6 +33,7 @@ async def listening(recorder: Recorder, options: BusOptions) -> AsyncIterator[No
     async with module, asyncio.TaskGroup() as group:
         streams = (
             group.create_task(_beliefs(module, recorder), name="recorder hears beliefs"),
+            group.create_task(_drives(module, recorder), name="recorder hears drives"),
             group.create_task(_tasks(module, recorder), name="recorder hears tasks"),
         )
         try:
@@ -44,6 +45,10 @@ async def listening(recorder: Recorder, options: BusOptions) -> AsyncIterator[No
 
 async def _beliefs(module: Module, recorder: Recorder) -> None:
     await _follow(lambda: module.subscribe(Belief), recorder, recorder.believe)
+
+
+async def _drives(module: Module, recorder: Recorder) -> None:
+    await _follow(lambda: module.subscribe(Progress), recorder, recorder.advance)
 
 
 async def _tasks(module: Module, recorder: Recorder) -> None:

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from tca_bus import TaskStatus
 from xavier_sim.messages import Drive, Sensors, Standing, TrueLocation
 from xavier_sim.recording._format import Beginning, RecordingFileError
-from xavier_sim.recording._heard import Belief
+from xavier_sim.recording._heard import Belief, Progress
 from xavier_sim.recording._tape import Tape
 
 FLUSH_SECONDS = 1.0
@@ -110,6 +110,11 @@ class Recorder:
         """Record what the navigator believes."""
         if self._has_room():
             self._push(lambda: self._tape.believe(belief))
+
+    def advance(self, progress: Progress) -> None:
+        """Record how the drive under way goes."""
+        if self._has_room():
+            self._push(lambda: self._tape.advance(progress))
 
     def hear(self, status: TaskStatus) -> None:
         """Record the state of a task, as central published it."""

@@ -14,12 +14,13 @@ from xavier_sim.recording._format import (
     BEGINNING,
     BELIEF,
     END,
+    PROGRESS,
     TASKS,
     WIRE,
     Beginning,
     nanoseconds,
 )
-from xavier_sim.recording._heard import Belief
+from xavier_sim.recording._heard import Belief, Progress
 from xavier_sim.recording._schemas import viewer_schema
 from xavier_sim.recording._views import Views
 from xavier_sim.recording._wire_names import encode, wire_name
@@ -66,6 +67,10 @@ class Tape:
         self._put_model(BELIEF, belief.state)
         for topic, view in self._views.believe(belief.state, self._time):
             self._channels.put_proto(topic, view, self._time)
+
+    def advance(self, progress: Progress) -> None:
+        """How the drive under way goes: heard at the last tick, and so is its time."""
+        self._put_model(PROGRESS, progress.drive)
 
     def hear(self, status: TaskStatus) -> None:
         """The state of a task: heard at the last tick, and so is its time."""
