@@ -6,9 +6,9 @@ from collections import defaultdict, deque
 from collections.abc import Iterable
 from itertools import combinations
 
-from navigate.maps._walls import map_passages
+from navigate.maps._walls import doorway, map_passages
 from tca_bus import did_you_mean
-from xavier_sim.messages import Corner, FloorPlan, Space, SpaceKind
+from xavier_sim.messages import Corner, Door, FloorPlan, Space, SpaceKind
 
 SLACK = 0.3
 """Metres by which what was surveyed may be off: more is no error of measuring."""
@@ -116,7 +116,18 @@ def _check_doors(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:
             contains(spaces[name], door.at, slack=SLACK) for name in door.between
         ):
             problems.append(f"door {door.name!r} is in no wall between {one!r} and {other!r}")
+        elif not unknown and not _fits_wall(door, spaces):
+            problems.append(
+                f"door {door.name!r}, {door.width:g} m wide, reaches beyond the wall "
+                f"between {one!r} and {other!r}"
+            )
     return problems
+
+
+def _fits_wall(door: Door, spaces: dict[str, Space]) -> bool:
+    """Whether both ends of a door are where both of its spaces are."""
+    ends = (Corner(x=x, y=y) for x, y in doorway(door, spaces).jambs)
+    return all(contains(spaces[name], end, slack=SLACK) for end in ends for name in door.between)
 
 
 def _check_places(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:

@@ -93,7 +93,7 @@ def wall_segments(plan: FloorPlan) -> Floats:
 def map_passages(plan: FloorPlan) -> list[Passage]:
     """All doors and all open borders between spaces that are not rooms."""
     spaces = {space.name: space for space in plan.spaces}
-    passages = [_doorway(door, spaces) for door in plan.doors]
+    passages = [doorway(door, spaces) for door in plan.doors]
     common = [space for space in plan.spaces if space.kind is not SpaceKind.ROOM]
     for index, one in enumerate(common):
         for other in common[index + 1 :]:
@@ -101,7 +101,8 @@ def map_passages(plan: FloorPlan) -> list[Passage]:
     return passages
 
 
-def _doorway(door: Door, spaces: dict[str, Space]) -> Passage:
+def doorway(door: Door, spaces: dict[str, Space]) -> Passage:
+    """The passage that a door is."""
     one, other = (spaces[name] for name in door.between)
     gap_x = max(one.low.x, other.low.x) - min(one.high.x, other.high.x)
     gap_y = max(one.low.y, other.low.y) - min(one.high.y, other.high.y)

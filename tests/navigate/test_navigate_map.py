@@ -119,6 +119,9 @@ def test_faults_of_a_map_are_named(tmp_path):
     def off_wall(raw):
         raw["doors"][0]["at"] = {"x": 0.0, "y": 0.0}
 
+    def past_corner(raw):
+        raw["doors"][0]["at"] = {"x": 6.314, "y": 17.8}
+
     def outside(raw):
         raw["places"]["r-5301"] = {"x": 90.0, "y": 0.0}
 
@@ -131,6 +134,7 @@ def test_faults_of_a_map_are_named(tmp_path):
     assert "more than once" in problem(tmp_path, twice)
     assert "Did you mean 'corridor-53'" in problem(tmp_path, nowhere)
     assert "'d-5301' is in no wall between" in problem(tmp_path, off_wall)
+    assert "'d-5301', 0.9 m wide, reaches beyond the wall" in problem(tmp_path, past_corner)
     assert "place of 'r-5301' lies outside" in problem(tmp_path, outside)
     assert "start (-50, 0) lies in no space" in problem(tmp_path, far_start)
     assert "low must lie below" in problem(tmp_path, thin)

@@ -6,11 +6,15 @@ from collections.abc import Sequence
 
 from xavier_sim.soak._summary import Figures, Rate, Spread
 
+STRUCK = "times that the fault struck"
+"""A row that there is only where one did."""
+
 
 def figure_rows(columns: Sequence[Figures]) -> list[tuple[str, ...]]:
     """Every figure with its name, and what it is in each of the columns."""
     cells = [_cells(one) for one in columns]
-    return [(name, *(one[name] for one in cells)) for name in (cells[0] if cells else ())]
+    rows = [(name, *(one[name] for one in cells)) for name in (cells[0] if cells else ())]
+    return [row for row in rows if row[0] != STRUCK or any(one.faults for one in columns)]
 
 
 def reason_rows(columns: Sequence[Figures]) -> list[tuple[str, ...]]:
@@ -36,7 +40,7 @@ def _cells(figures: Figures) -> dict[str, str]:
         "people who walked into the robot": str(figures.walked_into),
         "recoveries per km": f"{figures.recoveries_per_km:.2f}",
         "rescues by people": str(figures.rescues),
-        "times that the fault struck": str(figures.faults),
+        STRUCK: str(figures.faults),
         "median speed of a job, m/s": _shown(figures.median_speed),
         "speed while driving, m/s": _spread(figures.driving_speed),
         "distance between belief and truth, m": _spread(figures.position_error),
