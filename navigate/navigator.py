@@ -61,6 +61,11 @@ ORIGIN: Pose = (0.0, 0.0, 0.0)
 SEARCH_RADII = (1.0, 2.0, 4.0, 8.0, 15.0)
 
 
+CLOSE = 0.5
+"""Metres that a sonar ahead may read when the reflex of a base holds its wheels."""
+
+_AHEAD = (0, 1, 2, -2, -1)
+
 LOOKS = tuple(wrap(number * math.pi / 12) for number in range(24))
 """Turns in radians by which a robot may look elsewhere than believed."""
 
@@ -390,7 +395,13 @@ class Navigator:
             speed=sensors.speed,
             turn=sensors.turn_rate,
             sights=here.sights,
+            close_ahead=_is_close_ahead(sensors),
         )
+
+
+def _is_close_ahead(sensors: Sensors) -> bool:
+    """Whether a panel is pressed, or a sonar that looks ahead reads next to nothing."""
+    return bool(sensors.bump) or bool((sensors.sonar.take(_AHEAD) < CLOSE).any())
 
 
 def _pose_of(values: Any) -> Pose:

@@ -1,7 +1,7 @@
 """Courtesy: how fast to drive where people are, and when to stand and wait for them.
 
 The speed is such that the robot stands before it meets somebody who walks towards it from the
-moment at which a sonar last heard them. Whoever stands in the way is waited for, then passed.
+moment at which they were last heard or seen. Whoever stands in the way is waited for, then passed.
 """
 
 from __future__ import annotations
@@ -83,12 +83,12 @@ class Courtesy:
                 top = min(top, _beside(math.hypot(x, y), walks=walks))
                 if walks and abs(y) < ACROSS * x:
                     top = min(top, approach_speed(math.hypot(x, y) - ROBOT_RADIUS - KEEP_OFF))
-        return min(top, self._turning_speed(view))
+        return min(top, self._facing_speed(view))
 
-    def _turning_speed(self, view: View) -> float:
-        """The speed that those allow who are before the robot as it looks now, off its way.
+    def _facing_speed(self, view: View) -> float:
+        """The speed that those allow who walk before or beside the robot as it looks now.
 
-        It may still turn into its way, or out of it round something.
+        That need not be along its way: it may still turn into that, or out of it round something.
         """
         around = self.strangers.around
         walkers = (one for one in around if one.certain and not one.stands(view.time))

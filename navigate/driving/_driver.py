@@ -59,6 +59,9 @@ PROGRESS = 0.2
 BUMP_PAUSE = 0.5
 """Seconds for which one contact counts as one bump."""
 
+SILENCE = 1.0
+"""Seconds between two readings in which the wheels may have been told something else."""
+
 DISOBEYED_PAUSE = 5.0
 """Seconds after which wheels that do not turn are told again."""
 
@@ -127,6 +130,8 @@ class Driver:
             return STOP
         if before is not None:
             drive.metres += _driven(before, view)
+            if abs(view.time - before.time) > SILENCE:
+                drive.obedience.forget()
         wheels = guard(self._advance(drive, view), view)
         drive.obedience.told(wheels, view)
         return wheels
@@ -212,7 +217,7 @@ class Driver:
         except DoorShut:
             self.doors.find_shut(door.name)
             raise
-        except (DoorObstructed, OffCourse):
+        except (DoorObstructed, OffCourse, Disobeyed):
             raise
         except Trouble:
             self.doors.get_stuck(door.name)

@@ -25,8 +25,12 @@ class ObedienceWatch:
         self._from: Pose = (0.0, 0.0, 0.0)
 
     def told(self, wheels: Wheels, view: View) -> None:
-        """Take in what the wheels are told at a tick."""
-        if abs(wheels.speed) < LEAST_SPEED and abs(wheels.turn) < LEAST_TURN:
+        """Take in what the wheels are told at a tick.
+
+        A base that does not drive on into what its sonars hear right ahead is no matter of this.
+        """
+        asks_little = abs(wheels.speed) < LEAST_SPEED and abs(wheels.turn) < LEAST_TURN
+        if asks_little or (wheels.speed > 0.0 and view.close_ahead):
             self._since = None
         elif self._since is None or self._has_moved(view):
             self._since, self._from = view.time, view.odom

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from navigate.body import BEARINGS, CONE_HALF, PITCH, RING_RADIUS, Pose, fresh_sonars
+from navigate.driving._surroundings import BEAM_SPREAD
 from navigate.driving._view import View
 from navigate.maps import Floats, Point
 from xavier_sim.messages import Space
@@ -23,10 +24,10 @@ INSIDE = 0.25
 """Metres from the walls of the map within which an echo may be theirs."""
 
 SAME = 0.6
-"""Metres between two echoes that may come from one stranger."""
+"""Metres between two spots that may be of one stranger."""
 
 STEP = 0.2
-"""Metres nearer or farther that a stranger must be heard at to have moved."""
+"""Metres nearer or farther that a stranger must be met at to have moved."""
 
 STANDS_AFTER = 1.5
 """Seconds without a step after which it stands."""
@@ -39,8 +40,6 @@ REACH = 3.0
 
 FEWEST_BEAMS = 3
 """Beams that must end near each other to be taken for somebody."""
-
-BEAM_SPREAD = math.radians(0.5)
 
 
 @dataclass
@@ -63,7 +62,7 @@ class Stranger:
 
     @property
     def certain(self) -> bool:
-        """Whether it is more than one stray echo."""
+        """Whether it was met more than once: one echo may be a stray."""
         return self.heard > 1
 
 

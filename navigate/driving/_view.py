@@ -46,7 +46,8 @@ class View:
     radians to the left of ahead, as far as its belief says; ``supposed`` says that it had better go
     on as if it were at ``pose``. ``goal_mass`` is the share of its
     belief that lies at the goal, 0 to 1, once it is near; 1 on the way. ``blind`` holds the bits
-    of sonars for which no more than their neighbours stand in.
+    of sonars for which no more than their neighbours stand in. ``close_ahead`` says that by raw
+    readings, believed or not, something is so near ahead that the base itself may hold the wheels.
     """
 
     time: float
@@ -66,6 +67,7 @@ class View:
     spreads: Floats | None = None
     renewed: int = 0
     blind: int = 0
+    close_ahead: bool = False
 
     @property
     def at(self) -> Point:

@@ -29,7 +29,7 @@ class NavigationFailure(enum.StrEnum):
     LOST = "lost"
     """The position estimate fell apart."""
     NO_PROGRESS = "no_progress"
-    """The robot did not get nearer for too long."""
+    """The robot did not get nearer for too long, or its wheels do not turn."""
     NO_ROUTE = "no_route"
     """The map has no way there."""
 

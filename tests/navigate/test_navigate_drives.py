@@ -16,7 +16,9 @@ from navigate.maps import Floor, UnknownRoomError, load_plan
 from navigate.messages import NavigationFailure
 from navigate.navigator import Navigator
 from xavier_sim.body import Battery
+from xavier_sim.messages import SonarFault
 from xavier_sim.profile import BatteryProfile
+from xavier_sim.running import Reflex, make_fault
 
 
 def test_errands_from_room_to_room_arrive_where_they_should():
@@ -252,6 +254,22 @@ def test_wheels_that_do_not_turn_end_the_drive_as_no_progress():
     assert drive.failure.reason is NavigationFailure.NO_PROGRESS
     assert "battery" in drive.failure.text
     assert drive.metres < 0.1
+
+
+def test_a_front_sonar_stuck_at_the_nearest_reading_blocks_the_way_and_is_no_broken_wheel():
+    loop = Loop()
+    make_fault(loop.world, SonarFault(number=0, state="stuck", metres=0.2))
+    reflex, drive = Reflex(), loop.start("r-5303")
+    for _ in range(4000):
+        if drive.done:
+            break
+        wheels = loop.navigator.wheels
+        reflex.sense(loop.world.robot.reading)
+        loop.world.step(*reflex.allow(wheels.speed, wheels.turn))
+        loop.sensors = loop.robot.sensors()
+        loop.navigator.step(loop.sensors)
+    assert drive.failure.reason is NavigationFailure.CORRIDOR_BLOCKED
+    assert not any(isinstance(met, Disobeyed) for met in drive.troubles)
 
 
 def test_wheels_that_are_held_for_a_while_only_delay_the_drive():

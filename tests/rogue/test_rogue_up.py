@@ -9,10 +9,12 @@ import pytest
 from command_line import run_command
 
 from navigate.cli import app as navigate
-from navigate.messages import LocalizerName
+from navigate.messages import Belief, LocalizerName, Progress
 from rogue.cli import _up, app
+from rogue.cli._guard import office_policy
 from rogue.office import OfficeOptions, office_specs
-from tca_bus import BusOptions, ConfigError
+from tca_bus import BusOptions, ConfigError, read_policy
+from tca_bus._rights import Right
 from xavier_sim.cli import app as xavier
 from xavier_sim.messages import ProfileName
 
@@ -89,3 +91,11 @@ def arguments(specs, name, app):
     (spec,) = [spec for spec in specs if spec.name == name]
     _, bound, _ = app.parse_args(list(spec.argv[3:]), exit_on_error=False, print_error=False)
     return bound.arguments
+
+
+@pytest.mark.parametrize("told", [Belief, Progress])
+def test_the_policy_of_the_office_lets_a_robot_record_what_its_navigator_tells(told):
+    policy = read_policy(office_policy())
+    assert policy.rule("navigate", Right.SEND, told.wire_name)
+    assert policy.rule("xavier", Right.LISTEN, told.wire_name)
+    assert not policy.rule("stranger", Right.LISTEN, told.wire_name)

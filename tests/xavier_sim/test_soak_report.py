@@ -15,6 +15,7 @@ from test_soak_postmortem import facts_of
 from xavier_sim.soak import Outcome, SoakOptions, explain, report, together
 from xavier_sim.soak._charts import Axis, bars, columns, curves, nice_step, plan_view, points
 from xavier_sim.soak._cost import Cost
+from xavier_sim.soak._figure_rows import figure_rows
 from xavier_sim.soak._tally import Tally
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -182,3 +183,12 @@ def test_a_floor_that_is_higher_than_wide_lies_on_its_side():
     assert north_east[0] > south_west[0] == south_east[0], "north is to the right"
     assert south_east[1] == north_east[1] > south_west[1], "east is down"
     assert "north to the right" in svg
+
+
+@pytest.mark.parametrize(("faults", "shown"), [((0,), False), ((0, 3), True)])
+def test_how_often_a_fault_struck_is_told_where_one_did(faults, shown):
+    plain = outcome_of([job_of()]).summary()
+    columns = [plain.model_copy(update={"faults": count}) for count in faults]
+    rows = {name: cells for name, *cells in figure_rows(columns)}
+    assert ("times that the fault struck" in rows) is shown
+    assert rows["jobs"] == ["1"] * len(faults)

@@ -1,7 +1,7 @@
 """Recordings of what the robot senses and does: written, shown, and played again."""
 
 from xavier_sim.recording._format import Beginning, Entry, RecordingFileError
-from xavier_sim.recording._heard import Belief
+from xavier_sim.recording._heard import Belief, Progress
 from xavier_sim.recording._listening import listening
 from xavier_sim.recording._reader import RecordingReader
 from xavier_sim.recording._recorded_robot import RecordedRobot
@@ -15,6 +15,7 @@ __all__ = [
     "Beginning",
     "Belief",
     "Entry",
+    "Progress",
     "RecordedRobot",
     "Recorder",
     "RecordingFileError",
