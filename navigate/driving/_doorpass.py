@@ -61,7 +61,7 @@ EYES = (0, 1, -1, 2, -2, 3, -3)
 """Sonars that look at a door, those first for which the robot turns the least."""
 
 TRIES = 3
-BACK_TO, BACK_SECONDS = -0.85, 13.0
+BACK_TO, BACK_SECONDS = -0.85, 17.0
 """Metres before the line from which a new try begins, and how long backing may take."""
 
 ASIDE = 0.1

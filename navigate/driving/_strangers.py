@@ -29,6 +29,9 @@ SAME = 0.6
 STEP = 0.2
 """Metres nearer or farther that a stranger must be met at to have moved."""
 
+PARALLAX = 0.3
+"""Metres that the robot drives until it sees another side of whatever stands."""
+
 STANDS_AFTER = 1.5
 """Seconds without a step after which it stands."""
 
@@ -46,14 +49,16 @@ FEWEST_BEAMS = 3
 class Stranger:
     """Something that no map knows: where it was met last, and since when it stands there.
 
-    ``at`` is in metres in the map frame, and so is ``stood``, where it was when it began to stand.
-    Times are in seconds; ``heard`` counts readings.
+    ``at`` is in metres in the map frame, and so are ``stood``, where it was when it was looked at
+    from elsewhere last, and ``eye``, where the robot was then. Times are in seconds; ``heard``
+    counts readings.
     """
 
     at: Point
     seen: float
     since: float
     stood: Point
+    eye: Point
     heard: int = 1
 
     def stands(self, now: float) -> bool:
@@ -82,10 +87,13 @@ class Strangers:
     def _meet(self, spot: Point, view: View) -> None:
         near = min(self.around, key=lambda one: math.dist(one.at, spot), default=None)
         if near is None or math.dist(near.at, spot) > SAME:
-            self.around.append(Stranger(spot, view.time, view.time, stood=spot))
+            self.around.append(Stranger(spot, view.time, view.time, stood=spot, eye=view.at))
             return
-        if abs(math.dist(spot, view.at) - math.dist(near.stood, view.at)) > STEP:
-            near.since, near.stood = view.time, spot
+        steps = abs(math.dist(spot, view.at) - math.dist(near.stood, view.at)) > STEP
+        if steps:
+            near.since = view.time
+        if steps or math.dist(near.eye, view.at) > PARALLAX:
+            near.stood, near.eye = spot, view.at
         near.at, near.seen, near.heard = spot, view.time, near.heard + 1
 
 

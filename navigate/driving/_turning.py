@@ -16,8 +16,11 @@ BACK_SPEED = 0.1
 """Metres per second at which nobody behind is hurt, who is heard least there."""
 
 BACK_SECONDS = 5.0
-GIVE_WAY, GIVE_WAY_SECONDS = 0.5, 5.0
-"""Metres to make room for whoever stands in the way, and seconds to let them use it."""
+GIVE_WAY, GIVE_WAY_SECONDS = 0.5, 8.0
+"""Metres to make room for whoever stands in the way, and seconds that it may take."""
+
+ROOM_SECONDS = 5.0
+"""How long others are let use it."""
 
 
 def turn_rate(error: float, *, top: float = TOP_TURN) -> float:
@@ -65,4 +68,4 @@ def give_way(view: View, at: Point) -> Manoeuvre[View]:
     start, until = view.odom, view.time + GIVE_WAY_SECONDS
     while view.time < until and math.dist(start[:2], view.odom[:2]) < GIVE_WAY:
         view = yield Wheels(BACK_SPEED, 0.0)
-    return (yield from wait(view, GIVE_WAY_SECONDS))
+    return (yield from wait(view, ROOM_SECONDS))
