@@ -65,24 +65,27 @@ class Courtesy:
         self._since, self._last = -math.inf, -math.inf
         self._known: list[tuple[float, Point]] = []
 
-    def speed(self, view: View, spaces: Sequence[Space], heading: float, top: float) -> float:
+    def speed(
+        self,
+        view: View,
+        spaces: Sequence[Space],
+        heading: float,
+        top: float,
+        *,
+        wary: bool = False,
+    ) -> float:
         """The speed to drive at along ``heading``, m/s, up to ``top``; 0.0 to stand and wait.
 
-        ``spaces`` are those around the robot.
+        ``spaces`` are those around the robot; ``wary`` says that somebody may come round a corner,
+        who may be here before a sonar hears them twice.
         """
         self.strangers.listen(view, spaces)
         met = [(one, *_seen_from(view.at, heading, one.at)) for one in self.strangers.around]
         if self._waits(view.time, met):
             return 0.0
         for one, x, y in met:
-            if x > 0.0 and abs(y) < ROBOT_RADIUS + SOCIAL and not one.stands(view.time):
-                walking = WALKING if one.certain else 0.0
-                top = min(top, approach_speed(x - ROBOT_RADIUS - KEEP_OFF, walking))
-            if one.certain and x > 0.0:
-                walks = not one.stands(view.time)
-                top = min(top, _beside(math.hypot(x, y), walks=walks))
-                if walks and abs(y) < ACROSS * x:
-                    top = min(top, approach_speed(math.hypot(x, y) - ROBOT_RADIUS - KEEP_OFF))
+            if x > 0.0:
+                top = min(top, _speed_towards(one, x, y, view.time, wary=wary))
         return min(top, self._facing_speed(view))
 
     def _facing_speed(self, view: View) -> float:
@@ -138,6 +141,20 @@ def approach_speed(room: float, walking: float = WALKING) -> float:
         return 0.0
     slow = STALE + walking / BRAKES
     return BRAKES * (math.sqrt(slow**2 + 2.0 * left / BRAKES) - slow)
+
+
+def _speed_towards(one: Stranger, x: float, y: float, now: float, *, wary: bool) -> float:
+    """The speed that somebody allows who is ``x`` metres ahead, and ``y`` to the left."""
+    away, walks, top = math.hypot(x, y), not one.stands(now), math.inf
+    if walks and abs(y) < ROBOT_RADIUS + SOCIAL:
+        walking = WALKING if one.certain else 0.0
+        top = approach_speed(x - ROBOT_RADIUS - KEEP_OFF, walking)
+    if one.certain:
+        top = min(top, _beside(away, walks=walks))
+    if walks and (one.certain or wary) and abs(y) < ACROSS * x:
+        come = WALKING * max(0.0, now - one.seen - STALE) if wary else 0.0
+        top = min(top, approach_speed(away - come - ROBOT_RADIUS - KEEP_OFF))
+    return top
 
 
 def _beside(away: float, *, walks: bool) -> float:

@@ -246,7 +246,7 @@ class Driver:
     def _way(self, steps: Sequence[Step], start: Point) -> Way:
         """The first of the ``steps``, from where it starts."""
         floor, step = self._planner.floor, steps[0]
-        mouths = [mouth.jambs for mouth in floor.passages if step.space in mouth.spaces]
+        mouths = [mouth for mouth in floor.passages if step.space in mouth.spaces]
         beside = [floor.space_nearest(*start)]
         if len(steps) > 1 and steps[1].door is None:
             beside.append(floor.spaces[steps[1].space])
@@ -254,7 +254,8 @@ class Driver:
             floor.spaces[step.space],
             start,
             step.to,
-            mouths,
+            [mouth.jambs for mouth in mouths],
+            openings=[mouth.jambs for mouth in mouths if not mouth.door],
             beside=(space for space in beside if not is_room(space)),
         )
 

@@ -54,6 +54,9 @@ MOUTH_NEAR = 0.55
 
 MOUTH_AHEAD, MOUTH_BEHIND = 1.0, 0.3
 
+CORNER_AHEAD, CORNER_BEHIND = 2.5, 0.5
+"""Metres along the way within which somebody may come round a corner of open floor."""
+
 SHORT = 0.3
 """Metres of a way whose direction says nothing of where the robot comes from."""
 
@@ -66,8 +69,8 @@ class Way:
     """A straight way through a space, and how far to its right and left the floor reaches.
 
     ``mouths`` are the ends of its doors and openings, in their order: metres along the way and to
-    its left. ``beside`` are the open spaces from which it comes and to which it leads: those in
-    there are met as well.
+    its left; ``corners`` are those of its openings, metres along the way. ``beside`` are the open
+    spaces from which it comes and to which it leads: those in there are met as well.
     """
 
     space: Space
@@ -76,6 +79,7 @@ class Way:
     lowest: float = 0.0
     highest: float = 0.0
     mouths: tuple[Point, ...] = ()
+    corners: tuple[float, ...] = ()
     beside: tuple[Space, ...] = ()
 
     @cached_property
@@ -92,6 +96,10 @@ class Way:
     def direction(self) -> Point:
         """The unit vector in the map frame."""
         return math.cos(self.heading), math.sin(self.heading)
+
+    def has_corner_near(self, along: float) -> bool:
+        """Whether somebody may come round a corner to where the robot is, metres along the way."""
+        return any(-CORNER_BEHIND < at - along < CORNER_AHEAD for at in self.corners)
 
     def around(self, at: Point) -> list[Space]:
         """The spaces of it that are near a point: in which strangers matter."""
@@ -110,6 +118,7 @@ def way_through(
     goal: Point,
     mouths: Iterable[tuple[Point, Point]] = (),
     *,
+    openings: Iterable[tuple[Point, Point]] = (),
     beside: Iterable[Space] = (),
 ) -> Way:
     """The way between two points of a space, with lanes as far as the space is wide there.
@@ -119,10 +128,13 @@ def way_through(
         start: metres, like ``goal``.
         goal: where to.
         mouths: the two ends of each door and opening of the space.
+        openings: those of the openings alone.
         beside: the open spaces before and behind it on the route.
     """
     others = tuple(one for one in dict.fromkeys(beside) if one != space)
     way = Way(space, start, goal, beside=others)
+    corners = tuple(sorted({way.locate(end)[0] for ends in openings for end in ends}))
+    way = replace(way, corners=corners)
     if way.length < 0.5:
         return way
     left = (-math.sin(way.heading), math.cos(way.heading))
@@ -173,9 +185,9 @@ def _top_speed(view: View, way: Way, courtesy: Courtesy, *, ends: bool) -> float
     along, left = way.locate(view.at)
     distance = math.dist(view.at, way.goal)
     top = min(TOP_SPEED, SLOW_SPEED + 0.7 * distance) if ends else TOP_SPEED
-    return courtesy.speed(
-        view, way.around(view.at), way.heading, _past_mouths(way, along, left, top)
-    )
+    top = _past_mouths(way, along, left, top)
+    wary = way.has_corner_near(along)
+    return courtesy.speed(view, way.around(view.at), way.heading, top, wary=wary)
 
 
 def _steer(view: View, way: Way, echoes: Floats, lane: Lane, top: float) -> Wheels:

@@ -11,7 +11,7 @@ from corridor import Corridor, standing
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from navigate.body import STRIPER
+from navigate.body import RING_RADIUS, ROBOT_RADIUS, STRIPER
 from navigate.driving import View
 from navigate.driving._courtesy import (
     CREEP_SPEED,
@@ -206,3 +206,30 @@ def test_the_robot_slows_down_for_who_is_seen_to_come():
     for tick in range(3):
         speed = courtesy.speed(seen(0.1 * tick, (2.0 - 0.13 * tick, 0.1)), [HALL], 0.0, 0.65)
     assert 0.0 < speed < 0.35
+
+
+def heard_once(time, away, *, fresh=1 << 2):
+    """What a robot in `HALL` hears of somebody 30 degrees to its left, by one sonar."""
+    ranges = np.full(24, np.inf)
+    ranges[2] = away - RING_RADIUS
+    return replace(seen(time), ranges=ranges, fresh=fresh)
+
+
+def test_near_a_corner_one_echo_is_enough_to_slow_down_for():
+    assert Courtesy().speed(heard_once(0.0, 1.3), [HALL], 0.0, 0.65) == 0.65
+    courtesy, speeds = Courtesy(), []
+    for tick in range(8):
+        view = heard_once(0.1 * tick, 1.3, fresh=1 << 2 if tick == 0 else 0)
+        speeds.append(courtesy.speed(view, [HALL], 0.0, 0.65, wary=True))
+    assert speeds[0] == pytest.approx(approach_speed(1.3 - ROBOT_RADIUS - KEEP_OFF))
+    assert speeds[:5] == [speeds[0]] * 5
+    assert speeds[7] < speeds[0]  # who is not heard again has come nearer
+
+
+def test_corners_are_the_ends_of_open_borders_near_the_robot():
+    way = way_through(HALL, (0.0, 0.0), (8.0, 0.0), openings=[((5.0, 1.2), (7.0, 1.2))])
+    assert way.corners == (5.0, 7.0)
+    assert [way.has_corner_near(along) for along in (2.0, 3.0, 6.0, 7.4, 7.6)] == [
+        False, True, True, True, False,
+    ]  # fmt: skip
+    assert not way_through(HALL, (0.0, 0.0), (8.0, 0.0)).has_corner_near(6.0)
