@@ -18,11 +18,13 @@ from navigate.body import (
     wrap,
 )
 from navigate.driving import (
+    REACH,
     STOP,
     DoorLog,
     DoorWatch,
     Drive,
     Driver,
+    Strangers,
     Surroundings,
     View,
     Wheels,
@@ -84,8 +86,8 @@ class Navigator:
 
     STATE: ClassVar[tuple[str, ...]] = (
         "time", "_odom", "_heard", "_still_ticks", "_searches",
-        "localizer", "memory", "perception", "surroundings", "doors", "_door_watch",
-        "_confidence",
+        "localizer", "memory", "perception", "surroundings", "strangers", "doors",
+        "_door_watch", "_confidence",
     )  # fmt: skip
 
     def __init__(self, floor: Floor, *, seed: int = 0, localizer: Localizer | None = None) -> None:
@@ -95,9 +97,10 @@ class Navigator:
         self.memory = Memory()
         self.perception = Perception()
         self.surroundings = Surroundings()
+        self.strangers = Strangers()
         self.doors = DoorLog()
         self._door_watch = DoorWatch(floor.doors.values())
-        self.driver = Driver(self.planner, self.memory, self.doors)
+        self.driver = Driver(self.planner, self.memory, self.strangers, self.doors)
         self.distances = Distances(self.planner)
         self._confidence = Confidence(floor, self.localizer)
         self.time = 0.0
@@ -116,7 +119,7 @@ class Navigator:
         self._percept = self.perception.take_in(sensors, self._odom or ORIGIN)
         self.localizer.move(motion)
         self.localizer.sense(
-            self._mapped(still=still),
+            self._mapped(),
             self._percept.fresh,
             still=still,
             striper=self._percept.striper,
@@ -125,7 +128,9 @@ class Navigator:
         self._listen(sensors)
         self._search()
         self._watch_doors()
-        self.wheels = self.driver.step(self._view(sensors))
+        view = self._view(sensors)
+        self.strangers.listen(view, self.floor.open_around(*view.at, within=REACH))
+        self.wheels = self.driver.step(view)
         self._learn()
         return self.wheels
 
@@ -214,6 +219,7 @@ class Navigator:
     def forget_after(self, time: float) -> None:
         """Forget what was found in the way after a time, in seconds: the clock was set back."""
         self.memory.forget_since(time)
+        self.strangers.forget()
 
     def set_position(self, room: str, *, theta: float | None = None) -> Position:
         """Believe to be at ``room``, as somebody said who sees the robot there.
@@ -313,11 +319,12 @@ class Navigator:
         if (direction := bump_direction(sensors.bump)) is not None:
             self.surroundings.touch(odom, direction, sensors.time)
 
-    def _mapped(self, *, still: bool) -> Floats:
-        """The ranges that tell of the map; who stands before a robot that waits does not."""
-        if not still or self.localizer.lost:
+    def _mapped(self) -> Floats:
+        """The ranges that tell of the map: those that come from strangers do not."""
+        if self.localizer.lost or not self.strangers.around:
             return self._ranges
-        return self.driver.without_company(self._ranges, self.pose)
+        space = self.floor.space_nearest(*self.pose[:2])
+        return self.strangers.taken_from(self._ranges, self.pose, space)
 
     def _reckon(self, sensors: Sensors) -> Motion:
         now: Pose = (float(sensors.odom[0]), float(sensors.odom[1]), float(sensors.odom[2]))

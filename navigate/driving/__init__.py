@@ -5,10 +5,12 @@ from navigate.driving._doorwatch import DoorWatch
 from navigate.driving._drive import Drive, GoalFailedError
 from navigate.driving._driver import Driver
 from navigate.driving._safety import must_stop
+from navigate.driving._strangers import REACH, Strangers
 from navigate.driving._surroundings import Surroundings
 from navigate.driving._view import STOP, View, Wheels
 
 __all__ = [
+    "REACH",
     "STOP",
     "DoorLog",
     "DoorTally",
@@ -16,6 +18,7 @@ __all__ = [
     "Drive",
     "Driver",
     "GoalFailedError",
+    "Strangers",
     "Surroundings",
     "View",
     "Wheels",

@@ -7,13 +7,11 @@ moment at which they were last heard or seen. Whoever stands in the way is waite
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from navigate.body import ROBOT_RADIUS
 from navigate.driving._strangers import Stranger, Strangers
 from navigate.driving._view import View
 from navigate.maps import Point
-from xavier_sim.messages import Space
 
 WALKING = 1.2
 """Metres per second at which somebody may come towards the robot."""
@@ -57,30 +55,21 @@ KNOWN_WITHIN = 0.8
 
 
 class Courtesy:
-    """The robot's manners on one drive."""
+    """The robot's manners on one drive, to ``strangers``; to nobody without."""
 
-    def __init__(self) -> None:
-        self.strangers = Strangers()
+    def __init__(self, strangers: Strangers | None = None) -> None:
+        self._strangers = strangers or Strangers()
         self.waited = 0.0
         self._since, self._last = -math.inf, -math.inf
         self._known: list[tuple[float, Point]] = []
 
-    def speed(
-        self,
-        view: View,
-        spaces: Sequence[Space],
-        heading: float,
-        top: float,
-        *,
-        wary: bool = False,
-    ) -> float:
+    def speed(self, view: View, heading: float, top: float, *, wary: bool = False) -> float:
         """The speed to drive at along ``heading``, m/s, up to ``top``; 0.0 to stand and wait.
 
-        ``spaces`` are those around the robot; ``wary`` says that somebody may come round a corner,
-        who may be here before a sonar hears them twice.
+        ``wary`` says that somebody may come round a corner, who may be here before a sonar hears
+        them twice.
         """
-        self.strangers.listen(view, spaces)
-        met = [(one, *_seen_from(view.at, heading, one.at)) for one in self.strangers.around]
+        met = [(one, *_seen_from(view.at, heading, one.at)) for one in self._strangers.around]
         if self._waits(view.time, met):
             return 0.0
         for one, x, y in met:
@@ -93,7 +82,7 @@ class Courtesy:
 
         That need not be along its way: it may still turn into that, or out of it round something.
         """
-        around = self.strangers.around
+        around = self._strangers.around
         walkers = (one for one in around if one.certain and not one.stands(view.time))
         seen = (_seen_from(view.at, view.pose[2], one.at) for one in walkers)
         return min(

@@ -78,6 +78,7 @@ class Drive:
 
     goal: Point
     began: float
+    courtesy: Courtesy = field(default_factory=Courtesy)
     metres: float = 0.0
     troubles: list[Trouble] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
@@ -90,7 +91,6 @@ class Drive:
     in_door: bool = False
     findings: Findings = Findings()
     course: Manoeuvre[None] | None = None
-    courtesy: Courtesy = field(default_factory=Courtesy)
     obedience: ObedienceWatch = field(default_factory=ObedienceWatch)
 
     @property

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from navigate.body import Motion, Pose, bump_direction, plausible
+from navigate.body import Motion, bump_direction, plausible
+from navigate.driving._courtesy import Courtesy
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorpass import pass_door
 from navigate.driving._drive import LIMITS, Drive, Findings, GoalFailedError
@@ -17,7 +18,7 @@ from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._obeying import STILL_SECONDS
 from navigate.driving._safety import guard
 from navigate.driving._scout import Scout
-from navigate.driving._strangers import without
+from navigate.driving._strangers import Strangers
 from navigate.driving._turning import back_off, give_way, turn_by, wait
 from navigate.driving._view import (
     STOP,
@@ -36,7 +37,7 @@ from navigate.driving._view import (
     Wheels,
 )
 from navigate.driving._wander import find_oneself, make_sure
-from navigate.maps import Floats, Passage, Point, frame, is_room
+from navigate.maps import Passage, Point, frame, is_room
 from navigate.messages import NavigationFailure
 from navigate.routes import (
     Hindrances,
@@ -78,8 +79,14 @@ TURN_BEFORE = 0.7
 class Driver:
     """Drives to one goal at a time."""
 
-    def __init__(self, planner: Planner, memory: Memory, doors: DoorLog | None = None) -> None:
-        self._planner, self._memory = planner, memory
+    def __init__(
+        self,
+        planner: Planner,
+        memory: Memory,
+        strangers: Strangers,
+        doors: DoorLog | None = None,
+    ) -> None:
+        self._planner, self._memory, self._strangers = planner, memory, strangers
         self.doors = doors or DoorLog()
         self._view: View | None = None
         self.drive: Drive | None = None
@@ -87,7 +94,7 @@ class Driver:
     def start(self, goal: Point, view: View) -> Drive:
         """Take on a goal in metres; the drive's fields tell how it goes."""
         self._view = view
-        self.drive = drive = Drive(goal, view.time, nearest_at=view.time)
+        self.drive = drive = Drive(goal, view.time, Courtesy(self._strangers), nearest_at=view.time)
         drive.course = self._run(drive, view)
         self._advance(drive, None)
         return drive
@@ -109,18 +116,6 @@ class Driver:
             return Findings()
         findings, self.drive.findings = self.drive.findings, Findings()
         return findings
-
-    def without_company(self, ranges: Floats, pose: Pose) -> Floats:
-        """A ring of ranges in metres, less what comes from those who stand around the robot."""
-        view = self._view
-        if not self.busy or self.drive is None or view is None:
-            return ranges
-        around = self.drive.courtesy.strangers.around
-        standing = [one for one in around if one.certain and one.stands(view.time)]
-        if not standing:
-            return ranges
-        space = self._planner.floor.space_nearest(pose[0], pose[1])
-        return without(standing, ranges, pose, space)
 
     def step(self, view: View) -> Wheels:
         """Take in one tick and answer with the wheels."""

@@ -187,7 +187,7 @@ def _top_speed(view: View, way: Way, courtesy: Courtesy, *, ends: bool) -> float
     top = min(TOP_SPEED, SLOW_SPEED + 0.7 * distance) if ends else TOP_SPEED
     top = _past_mouths(way, along, left, top)
     wary = way.has_corner_near(along)
-    return courtesy.speed(view, way.around(view.at), way.heading, top, wary=wary)
+    return courtesy.speed(view, way.heading, top, wary=wary)
 
 
 def _steer(view: View, way: Way, echoes: Floats, lane: Lane, top: float) -> Wheels:

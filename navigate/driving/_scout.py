@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from navigate.driving._drive import Drive, Findings
 from navigate.driving._view import Manoeuvre, Trouble, View
-from navigate.maps import Floor
+from navigate.maps import Floor, Point
 
 FAR_OFF, FARTHER = 10.0, 5.0
 """Metres to a place that tells more than the one where the robot is, and to each further one."""
@@ -30,14 +30,14 @@ class Scout:
 
     def to_goal(self, view: View) -> Manoeuvre[View]:
         """Drive to the goal."""
-        return self._attempt(Drive(self._drive.goal, view.time), view)
+        return self._attempt(self._to(self._drive.goal, view), view)
 
     def elsewhere(self, view: View) -> Manoeuvre[View]:
         """Drive to a room some way off, each time to one that is farther."""
         rooms = sorted(self._floor.places.values(), key=lambda room: math.dist(room, view.at))
         far = [room for room in rooms if math.dist(room, view.at) > self._beyond]
         self._beyond += FARTHER
-        return self._attempt(Drive((far or rooms)[0], view.time), view)
+        return self._attempt(self._to((far or rooms)[0], view), view)
 
     def meet(self, trouble: Trouble) -> None:
         """Count a trouble.
@@ -50,3 +50,6 @@ class Scout:
     def refute(self) -> None:
         """Say that the robot cannot be where it supposes: the way that should be there is not."""
         self._drive.findings = Findings(refuted=True)
+
+    def _to(self, goal: Point, view: View) -> Drive:
+        return Drive(goal, view.time, self._drive.courtesy)

@@ -8,8 +8,9 @@ well inside of one see them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,9 @@ FORGOTTEN_AFTER = 1.2
 
 REACH = 3.0
 """Metres within which strangers matter."""
+
+MOST_SONARS = 10
+"""Sonars of 24 that strangers explain: where more hear what no wall can be, the pose is wrong."""
 
 FEWEST_BEAMS = 3
 """Beams that must end near each other to be taken for somebody."""
@@ -74,8 +78,22 @@ class Stranger:
 class Strangers:
     """Those around the robot, followed from reading to reading."""
 
+    STATE: ClassVar[tuple[str, ...]] = ("_met",)
+
     def __init__(self) -> None:
         self.around: list[Stranger] = []
+
+    @property
+    def _met(self) -> list[tuple[Any, ...]]:
+        return [astuple(one) for one in self.around]
+
+    @_met.setter
+    def _met(self, state: list[tuple[Any, ...]]) -> None:
+        self.around = [Stranger(*one) for one in state]
+
+    def forget(self) -> None:
+        """Know of nobody: the clock was set, or the robot."""
+        self.around = []
 
     def listen(self, view: View, spaces: Sequence[Space]) -> None:
         """Take in the fresh readings of a tick; ``spaces`` are those around the robot."""
@@ -95,6 +113,25 @@ class Strangers:
         if steps or math.dist(near.eye, view.at) > PARALLAX:
             near.stood, near.eye = spot, view.at
         near.at, near.seen, near.heard = spot, view.time, near.heard + 1
+
+    def taken_from(self, ranges: Floats, pose: Pose, space: Space) -> Floats:
+        """A ring of 24 ranges in metres, less what comes from those who are met for certain.
+
+        Nothing is left out if that were of more than `MOST_SONARS`: walls around a robot that is
+        elsewhere than believed look like a crowd.
+        """
+        certain = [one.at for one in self.around if one.certain]
+        if not certain:
+            return ranges
+        near = np.where(np.isfinite(ranges), RING_RADIUS + ranges, 0.0)
+        strange = are_strange(pose, space, near, BEARINGS) & (near > 0.0)
+        angles = pose[2] + BEARINGS
+        x, y = pose[0] + near * np.cos(angles), pose[1] + near * np.sin(angles)
+        theirs = np.zeros(len(ranges), dtype=bool)
+        for at in certain:
+            theirs |= np.hypot(x - at[0], y - at[1]) < SAME
+        theirs &= strange
+        return ranges if theirs.sum() > MOST_SONARS else np.where(theirs, np.inf, ranges)
 
 
 def strange_echoes(view: View, spaces: Sequence[Space]) -> list[Point]:
@@ -173,18 +210,6 @@ def are_strange(
     across = np.minimum(x - space.low.x, space.high.x - x)
     inset = np.minimum(across, np.minimum(y - space.low.y, space.high.y - y))
     return np.asarray(np.minimum.reduce(inset) > INSIDE)
-
-
-def without(strangers: Iterable[Stranger], ranges: Floats, pose: Pose, space: Space) -> Floats:
-    """A ring of 24 ranges in metres, less those that come from strangers."""
-    near = np.where(np.isfinite(ranges), RING_RADIUS + ranges, 0.0)
-    strange = are_strange(pose, space, near, BEARINGS) & (near > 0.0)
-    angles = pose[2] + BEARINGS
-    x, y = pose[0] + near * np.cos(angles), pose[1] + near * np.sin(angles)
-    theirs = np.zeros(len(ranges), dtype=bool)
-    for one in strangers:
-        theirs |= np.hypot(x - one.at[0], y - one.at[1]) < SAME
-    return np.where(strange & theirs, np.inf, ranges)
 
 
 _SIDES = np.array([-1.0, 0.0, 1.0])[:, None]

@@ -33,6 +33,7 @@ class Floor:
         self.passages = map_passages(plan)
         self.doors = {passage.name: passage for passage in self.passages if passage.door}
         self.places = {room: (at.x, at.y) for room, at in plan.places.items()}
+        self._open_beside = {name: self._opening_on(name) for name in self.spaces}
 
     @cached_property
     def walls(self) -> Floats:
@@ -70,6 +71,20 @@ class Floor:
     def space_nearest(self, x: float, y: float) -> Space:
         """The space that holds the point, or else the nearest one."""
         return self.space_at(x, y) or max(self.plan.spaces, key=lambda space: inset(space, x, y))
+
+    def open_around(self, x: float, y: float, *, within: float) -> list[Space]:
+        """The space of a point, and those that open on it and are less than ``within`` metres off.
+
+        What stands in there can be heard and seen from the point; rooms have doors.
+        """
+        here = self.space_nearest(x, y)
+        beside = self._open_beside[here.name]
+        return [here, *(space for space in beside if inset(space, x, y) > -within)]
+
+    def _opening_on(self, name: str) -> list[Space]:
+        sides = [one.spaces for one in self.passages if not one.door and name in one.spaces]
+        others = dict.fromkeys(other for side in sides for other in side if other != name)
+        return [self.spaces[other] for other in others if not is_room(self.spaces[other])]
 
     def doorway_at(self, x: float, y: float, *, reach: float = 0.45) -> Passage | None:
         """The door in whose frame the point lies: ``reach`` metres before or behind its line."""
