@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from navigate.body import BEARINGS, CONE_HALF, RING_RADIUS, ROBOT_RADIUS
-from navigate.driving import Surroundings, View, Wheels
+from navigate.driving import Strangers, Surroundings, View, Wheels
 from navigate.driving._courtesy import Courtesy
 from navigate.driving._follow import follow, way_through
 from navigate.driving._safety import guard
@@ -43,7 +43,8 @@ class Corridor:
         self.touched: float | None = None
         self.nearest = math.inf
         self.speeds: list[float] = []
-        self.courtesy = Courtesy()
+        self.strangers = Strangers()
+        self.courtesy = Courtesy(self.strangers)
         self._heard = Surroundings()
         self._ranges = np.full(24, np.inf)
 
@@ -98,7 +99,7 @@ class Corridor:
         for number in range(tick % 4, 24, 4):
             self._ranges[number] = self._sonar(number)
         self._heard.hear(self.pose, self._ranges, fresh, self.time)
-        return View(
+        view = View(
             time=self.time,
             pose=self.pose,
             odom=self.pose,
@@ -109,6 +110,8 @@ class Corridor:
             speed=self.speed,
             turn=self.turn,
         )
+        self.strangers.listen(view, [self.space])
+        return view
 
     def _sonar(self, number: int) -> float:
         facing = self.pose[2] + BEARINGS[number]

@@ -15,6 +15,7 @@ from navigate.maps._floor import clearance_of
 from navigate.maps._floorfile import own_maps
 from navigate.maps._walls import wall_segments
 from xavier_sim.floors import build_geometry
+from xavier_sim.messages import SpaceKind
 
 SURVEYED = Floor(load_plan())
 TRUE = Floor(true_plan())
@@ -82,6 +83,16 @@ def test_every_point_has_a_nearest_space(x, y):
     space = SURVEYED.space_nearest(x, y)
     holding = SURVEYED.space_at(x, y)
     assert holding is None or space == holding
+
+
+def test_open_floor_around_a_point_is_what_opens_on_its_space_and_is_near():
+    floor = SURVEYED
+    crossing = next(one for one in floor.passages if not one.door)
+    x, y = crossing.centre
+    assert {one.name for one in floor.open_around(x, y, within=0.5)} >= set(crossing.spaces)
+    for passage in floor.doors.values():
+        nearby = floor.open_around(*passage.centre, within=0.5)
+        assert sum(one.kind is SpaceKind.ROOM for one in nearby) <= 1
 
 
 def test_missing_map_names_near_ones():

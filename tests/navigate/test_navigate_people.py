@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from navigate.body import RING_RADIUS, ROBOT_RADIUS, STRIPER
-from navigate.driving import View
+from navigate.driving import Strangers, View
 from navigate.driving._courtesy import (
     CREEP_SPEED,
     KEEP_OFF,
@@ -23,8 +24,9 @@ from navigate.driving._courtesy import (
 )
 from navigate.driving._follow import MOUTH_SPEED, way_through
 from navigate.driving._follow import _past_mouths as past_mouths
-from navigate.driving._strangers import Strangers, strange_sights
+from navigate.driving._strangers import strange_sights
 from navigate.driving._view import WayBlocked
+from navigate.freezing import freeze, thaw
 from xavier_sim.messages import Corner, Space, SpaceKind
 
 GENTLE = 0.1
@@ -202,10 +204,22 @@ def test_who_is_seen_to_walk_slowly_does_not_stand():
 
 
 def test_the_robot_slows_down_for_who_is_seen_to_come():
-    courtesy = Courtesy()
+    manners = Manners()
     for tick in range(3):
-        speed = courtesy.speed(seen(0.1 * tick, (2.0 - 0.13 * tick, 0.1)), [HALL], 0.0, 0.65)
+        speed = manners.speed(seen(0.1 * tick, (2.0 - 0.13 * tick, 0.1)))
     assert 0.0 < speed < 0.35
+
+
+class Manners:
+    """Courtesy to those whom a robot that drives along `HALL` meets."""
+
+    def __init__(self):
+        self.strangers = Strangers()
+        self.courtesy = Courtesy(self.strangers)
+
+    def speed(self, view, *, wary=False):
+        self.strangers.listen(view, [HALL])
+        return self.courtesy.speed(view, 0.0, 0.65, wary=wary)
 
 
 def heard_once(time, away, *, fresh=1 << 2):
@@ -216,11 +230,11 @@ def heard_once(time, away, *, fresh=1 << 2):
 
 
 def test_near_a_corner_one_echo_is_enough_to_slow_down_for():
-    assert Courtesy().speed(heard_once(0.0, 1.3), [HALL], 0.0, 0.65) == 0.65
-    courtesy, speeds = Courtesy(), []
+    assert Manners().speed(heard_once(0.0, 1.3)) == 0.65
+    manners, speeds = Manners(), []
     for tick in range(8):
         view = heard_once(0.1 * tick, 1.3, fresh=1 << 2 if tick == 0 else 0)
-        speeds.append(courtesy.speed(view, [HALL], 0.0, 0.65, wary=True))
+        speeds.append(manners.speed(view, wary=True))
     assert speeds[0] == pytest.approx(approach_speed(1.3 - ROBOT_RADIUS - KEEP_OFF))
     assert speeds[:5] == [speeds[0]] * 5
     assert speeds[7] < speeds[0]  # who is not heard again has come nearer
@@ -233,3 +247,66 @@ def test_corners_are_the_ends_of_open_borders_near_the_robot():
         False, True, True, True, False,
     ]  # fmt: skip
     assert not way_through(HALL, (0.0, 0.0), (8.0, 0.0)).has_corner_near(6.0)
+
+
+def ring(*people, at=3.0):
+    """The view of a robot at ``at`` in `HALL` that hears its walls, and people before them."""
+    hall = Corridor(*[standing(*person) for person in people])
+    hall.pose = (at, 0.0, 0.0)
+    ranges = np.array([hall._sonar(number) for number in range(24)])
+    return replace(seen(0.0, at=at), ranges=ranges, fresh=2**24 - 1)
+
+
+def company(view, *, times=2):
+    strangers = Strangers()
+    for tick in range(times):
+        strangers.listen(replace(view, time=0.1 * tick), [HALL])
+    return strangers
+
+
+def test_what_strangers_explain_is_taken_from_what_is_heard_and_no_more():
+    alone, beset = ring(), ring((4.0, 0.3), (3.2, -0.75))
+    left = company(beset).taken_from(beset.ranges, beset.pose, HALL)
+    gone = np.isinf(left) & np.isfinite(beset.ranges)
+    nearer = beset.ranges < alone.ranges - 0.3
+    assert 4 <= gone.sum() <= 10
+    assert (nearer[gone]).all()
+    np.testing.assert_array_equal(left[~gone], beset.ranges[~gone])
+    assert company(alone).taken_from(alone.ranges, alone.pose, HALL) is alone.ranges
+
+
+def test_nothing_is_taken_for_who_was_met_once():
+    beset = ring((4.0, 0.3))
+    assert (
+        company(seen(0.0, (2.2, 0.1)), times=1).taken_from(beset.ranges, beset.pose, HALL)
+        is beset.ranges
+    )
+
+
+def test_walls_where_none_should_be_are_no_crowd():
+    """A robot in a corridor that believes to be in the middle of a lounge."""
+    narrow = ring()
+    lounge = Space(name="l", kind=SpaceKind.CORRIDOR, low=Corner(x=-5, y=-4), high=Corner(x=9, y=4))
+    strangers = Strangers()
+    for tick in range(3):
+        strangers.listen(replace(narrow, time=0.1 * tick), [lounge])
+    assert len(strangers.around) > 3
+    assert strangers.taken_from(narrow.ranges, narrow.pose, lounge) is narrow.ranges
+
+
+def test_strangers_are_forgotten_soon_and_at_a_word():
+    beset = ring((4.0, 0.3))
+    strangers = company(beset)
+    assert strangers.around
+    strangers.listen(seen(1.4), [HALL])
+    assert not strangers.around
+    strangers = company(beset)
+    strangers.forget()
+    assert not strangers.around
+
+
+def test_strangers_go_on_where_they_were_frozen():
+    strangers, thawed = company(ring((4.0, 0.3), (3.2, -0.75))), Strangers()
+    thaw(thawed, json.loads(json.dumps(freeze(strangers))))
+    assert thawed.around == strangers.around
+    assert len(thawed.around) > 1
