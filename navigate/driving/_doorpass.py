@@ -41,7 +41,10 @@ another time."""
 BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
 
-APPROACH_SPEED, CREEP_SPEED = 0.32, 0.2
+APPROACH_SPEED, CREEP_SPEED = 0.36, 0.25
+SLOWEST, SLOWING = 0.12, 2.0
+"""Metres per second at which it comes to stand behind a door, and more for each metre before."""
+
 OFF_JAMBS = 0.5
 """Metres before or behind the line from which no jamb is right beside the robot."""
 
@@ -213,7 +216,7 @@ def _steer(ahead: float, left: float, turned: float) -> Wheels:
     wanted = max(-limit, min(limit, -1.6 * left))
     error = wrap(wanted - turned)
     speed = CREEP_SPEED if -0.6 < ahead < 0.35 else APPROACH_SPEED
-    remaining = max(0.08, 1.2 * (BEYOND - ahead))
+    remaining = max(SLOWEST, SLOWING * (BEYOND - ahead))
     return Wheels(
         min(speed, remaining) * max(0.0, 1.0 - abs(error) / 0.5),
         turn_rate(error, top=0.8),
