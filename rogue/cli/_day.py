@@ -77,35 +77,80 @@ async def day(
     robot
         What robot it is, and what it meets in the corridors.
     """
+    numbers = {"users": users, "requests": requests, "hours": hours, "seed": seed}
     with tempfile.TemporaryDirectory(prefix="rogue-day-") as temporary:
-        folder = make_folder(data or Path(temporary))
-        numbers = {"users": users, "requests": requests, "hours": hours, "seed": seed}
-        plan, record = await _play(folder / "undisturbed", numbers, 0, robot, flags)
-        wrong = faults(plan, record)
-        report: dict[str, Any] = {**numbers, "undisturbed": _document(plan, record), "wrong": wrong}
-        _show(plan, record, flags)
+        days = _Days(make_folder(data or Path(temporary)), numbers, robot, flags)
+        first = await days.play()
         if twice:
-            _, repeated = await _play(folder / "again", numbers, 0, robot, flags)
-            unlike = await _unlike(folder, record, repeated)
-            wrong += unlike
-            report["repeated"] = not unlike
-            _tell_likeness(unlike, flags)
+            await days.repeat(first)
         if kills:
-            plan, again = await _play(folder / "killed", numbers, kills, robot, flags)
-            wrong += faults(plan, again) + differences(plan, record, again)
-            report |= {"killed": _document(plan, again), "kills": again.kills}
-            _show(plan, again, flags)
-        if flags.json:
-            emit_json(report)
-    if wrong:
-        raise DayFailedError("; ".join(wrong))
+            await days.kill(first, kills)
+    if flags.json:
+        emit_json(days.report)
+    if days.wrong:
+        raise DayFailedError("; ".join(days.wrong))
     if not flags.json:
         emit("Every request ended as it should.")
 
 
-def _tell_likeness(unlike: list[str], flags: BusFlags) -> None:
-    if not (unlike or flags.json):
-        emit("The day was the same when it was played again, to the tick.\n")
+_Day = tuple[DayPlan, DayRecord]
+
+
+class _Days:
+    """A day, and the same day again; ``wrong`` says what went otherwise than it should."""
+
+    def __init__(
+        self, folder: Path, numbers: dict[str, Any], robot: RobotFlags, flags: BusFlags
+    ) -> None:
+        self._folder, self._numbers, self._robot, self._flags = folder, numbers, robot, flags
+        self.wrong: list[str] = []
+        self.report: dict[str, Any] = {**numbers, "wrong": self.wrong}
+
+    async def play(self) -> _Day:
+        """Play it undisturbed."""
+        plan, record = await self._play("undisturbed")
+        self.wrong += faults(plan, record)
+        self.report["undisturbed"] = _document(plan, record)
+        _show(plan, record, self._flags)
+        return plan, record
+
+    async def repeat(self, first: _Day) -> None:
+        """Play it again; it must be the same to the tick."""
+        _, again = await self._play("again")
+        unlike = await _unlike(self._folder, first[1], again)
+        self.wrong += unlike
+        self.report["repeated"] = not unlike
+        if not (unlike or self._flags.json):
+            emit("The day was the same when it was played again, to the tick.\n")
+
+    async def kill(self, first: _Day, kills: int) -> None:
+        """Play it again and kill the planner so many times; it must end the same."""
+        plan, again = await self._play("killed", kills=kills)
+        self.wrong += faults(plan, again) + differences(plan, first[1], again)
+        self.report |= {"killed": _document(plan, again), "kills": again.kills}
+        _show(plan, again, self._flags)
+
+    async def _play(self, name: str, *, kills: int = 0) -> _Day:
+        folder = self._folder / name
+        if (make_folder(folder) / FILE_NAME).exists():
+            raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
+        console = sys.stderr if self._flags.verbose else None
+        options = self._options(folder)
+        async with stage(options, realm=self._flags.realm, console=console) as office:
+            rooms = [one.room for one in await office.module.query(Rooms(), timeout=30.0)]
+            plan = make_day(staff(load_directory()), rooms=rooms, **self._numbers)
+            return plan, await DayRun(office, plan, kills=kills, progress=note).play()
+
+    def _options(self, folder: Path) -> OfficeOptions:
+        return OfficeOptions(
+            data=folder,
+            seed=self._numbers["seed"],
+            speed="max",
+            silence=0.0,
+            epoch=EPOCH,
+            log_level=self._flags.level,
+            **vars(self._robot),
+        )
 
 
 async def _unlike(folder: Path, record: DayRecord, again: DayRecord) -> list[str]:
@@ -121,27 +166,6 @@ def _told_apart(difference: Difference) -> str:
     when = "" if time is None else f" at {show_time(time)}, {time:.1f} s"
     one, other = difference.one or "nothing", difference.other or "nothing"
     return f"played again, the day differs first in {difference.table}{when}: {one}, then {other}"
-
-
-async def _play(
-    folder: Path, numbers: dict[str, Any], kills: int, robot: RobotFlags, flags: BusFlags
-) -> tuple[DayPlan, DayRecord]:
-    if (make_folder(folder) / FILE_NAME).exists():
-        raise ConfigError("--data", str(folder), "a folder in which no office has run yet")
-    options = OfficeOptions(
-        data=folder,
-        seed=numbers["seed"],
-        speed="max",
-        silence=0.0,
-        epoch=EPOCH,
-        log_level=flags.level,
-        **vars(robot),
-    )
-    console = sys.stderr if flags.verbose else None
-    async with stage(options, realm=flags.realm, console=console) as office:
-        rooms = [one.room for one in await office.module.query(Rooms(), timeout=30.0)]
-        plan = make_day(staff(load_directory()), rooms=rooms, **numbers)
-        return plan, await DayRun(office, plan, kills=kills, progress=note).play()
 
 
 def staff(directory: Directory) -> Staff:
