@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from functools import cached_property
 
@@ -12,6 +13,9 @@ from xavier_sim.messages import FloorPlan, Space, SpaceKind
 
 CENTIMETRES = 100.0
 """Map units (the papers' coordinates) in a metre."""
+
+MOST_CELLS = 4096
+"""Square metres of which it is kept which spaces have a part in them."""
 
 
 class UnknownRoomError(TcaError, LookupError):
@@ -33,6 +37,7 @@ class Floor:
         self.passages = map_passages(plan)
         self.doors = {passage.name: passage for passage in self.passages if passage.door}
         self.places = {room: (at.x, at.y) for room, at in plan.places.items()}
+        self._about = functools.lru_cache(maxsize=MOST_CELLS)(self._spaces_about)
         self._open_beside = {name: self._opening_on(name) for name in self.spaces}
 
     @cached_property
@@ -65,7 +70,8 @@ class Floor:
 
     def space_at(self, x: float, y: float) -> Space | None:
         """The space that holds the point; the smallest, where they overlap."""
-        holding = [space for space in self.plan.spaces if inset(space, x, y) >= 0.0]
+        about = self._about(math.floor(x), math.floor(y))
+        holding = [space for space in about if inset(space, x, y) >= 0.0]
         return min(holding, key=_area, default=None)
 
     def space_nearest(self, x: float, y: float) -> Space:
@@ -80,6 +86,15 @@ class Floor:
         here = self.space_nearest(x, y)
         beside = self._open_beside[here.name]
         return [here, *(space for space in beside if inset(space, x, y) > -within)]
+
+    def _spaces_about(self, x: int, y: int) -> list[Space]:
+        """Those that have a part in the square metre from there."""
+        return [
+            space
+            for space in self.plan.spaces
+            if space.low.x <= x + 1 and space.high.x >= x
+            and space.low.y <= y + 1 and space.high.y >= y
+        ]  # fmt: skip
 
     def _opening_on(self, name: str) -> list[Space]:
         sides = [one.spaces for one in self.passages if not one.door and name in one.spaces]

@@ -95,6 +95,18 @@ def test_open_floor_around_a_point_is_what_opens_on_its_space_and_is_near():
         assert sum(one.kind is SpaceKind.ROOM for one in nearby) <= 1
 
 
+@given(st.floats(-20, 60), st.floats(-20, 100))
+def test_the_space_of_a_point_is_the_smallest_of_all_that_hold_it(x, y):
+    def holds(space):
+        return space.low.x <= x <= space.high.x and space.low.y <= y <= space.high.y
+
+    def area(space):
+        return (space.high.x - space.low.x) * (space.high.y - space.low.y)
+
+    holding = [space for space in SURVEYED.plan.spaces if holds(space)]
+    assert SURVEYED.space_at(x, y) == min(holding, key=area, default=None)
+
+
 def test_missing_map_names_near_ones():
     with pytest.raises(MapError, match="'wean5'"):
         load_plan("wean")
