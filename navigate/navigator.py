@@ -352,6 +352,8 @@ class Navigator:
         findings = self.driver.take_findings()
         if findings.pose is not None:
             self.localizer.place(findings.pose, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
+        if findings.look is not None:
+            self.localizer.orient(findings.look.theta, spread=findings.look.doubt)
         if findings.refuted:
             self.localizer.doubt()
 

@@ -9,6 +9,7 @@ Kalman filter over the middle and the heading of the door takes them in one by o
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,6 +55,13 @@ SURE = CONE_HALF - math.radians(2.0)
 FARTHEST_JAMB = 1.5
 
 
+class Look(NamedTuple):
+    """Which way the robot looks on the map, and the doubt about that: radians."""
+
+    theta: float
+    doubt: float
+
+
 class DoorFrame:
     """The frame of a door as the robot passes it in one direction.
 
@@ -88,6 +96,12 @@ class DoorFrame:
         ahead, left = self._axes()
         away = np.array(odom[:2]) - self.middle
         return float(away @ ahead), float(away @ left), wrap(odom[2] - self.heading)
+
+    def orient(self, odom: Pose) -> Look:
+        """Which way the robot looks on the map, whose doors stand as the walls do."""
+        through = math.atan2(self.sign * self.door.normal[1], self.sign * self.door.normal[0])
+        theta = wrap(through + odom[2] - self.heading)
+        return Look(theta, math.sqrt(float(self._covariance[2, 2])))
 
     @property
     def doubt(self) -> float:

@@ -7,10 +7,11 @@ estimate and the map together are not that good, the jambs measured on the way a
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, wrap
 from navigate.driving._doorcompany import is_near, stands_in_way
-from navigate.driving._doorframe import DoorFrame
+from navigate.driving._doorframe import DoorFrame, Look
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorlook import SecondLook, look_along
 from navigate.driving._safety import GENTLE, is_touching
@@ -80,7 +81,14 @@ ONWARD, STANDING_SECONDS = 0.03, 6.0
 """Metres that count as getting on, and seconds without them after which it does not."""
 
 
-def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre[View]:
+class Passed(NamedTuple):
+    """The tick at which a door is passed, and which way the robot looks by its jambs."""
+
+    view: View
+    look: Look
+
+
+def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre[Passed]:
     """Pass ``door`` in the direction ``sign`` along its normal, up to `BEYOND` behind it.
 
     A try that ends out of line, or on which the robot does not get on, is followed by another
@@ -102,7 +110,7 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
             view = yield from _await_open(view, frame)
         view = yield from _creep(view, frame, last=attempt == TRIES - 1)
         if frame.locate(view.odom)[0] >= BEYOND - 0.02:
-            return view
+            return Passed(view, frame.orient(view.odom))
         if frame.locate(view.odom)[0] > COMMITTED + 0.1:
             log.get_stuck(door.name)
         # Jambs that were mistaken for others have led astray.

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from navigate.body import Pose
 from navigate.driving._courtesy import Courtesy
+from navigate.driving._doorframe import Look
 from navigate.driving._obeying import ObedienceWatch
 from navigate.driving._view import (
     Astray,
@@ -60,11 +61,12 @@ class GoalFailedError(Exception):
 class Findings:
     """What a drive found out about where the robot is.
 
-    ``pose`` is where it stands on the map, if that was measured; ``refuted`` says that it cannot be
-    where it supposed to be while it was lost.
+    ``pose`` is where it stands on the map and ``look`` which way it looks, if that was measured;
+    ``refuted`` says that it cannot be where it supposed to be while it was lost.
     """
 
     pose: Pose | None = None
+    look: Look | None = None
     refuted: bool = False
 
 

@@ -208,7 +208,7 @@ class Driver:
     def _pass(self, drive: Drive, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
         drive.in_door = True
         try:
-            view = yield from pass_door(view, door, side_of(door, step.to), self.doors)
+            passed = yield from pass_door(view, door, side_of(door, step.to), self.doors)
         except DoorShut:
             self.doors.find_shut(door.name)
             raise
@@ -221,7 +221,8 @@ class Driver:
             drive.in_door = False
         self._memory.opened(door.name)
         self.doors.get_through(door.name)
-        return view
+        drive.findings = Findings(look=passed.look)
+        return passed.view
 
     def _better(self, drive: Drive, view: View) -> Rerouted | None:
         """Look every few seconds whether another way has become much better than this one."""

@@ -191,6 +191,18 @@ class BeaconTracker:
             self._update(slopes[usable], surprise[usable], STILL_SIGMA if still else RANGE_SIGMA)
         return (off < AGREES).astype(np.float64)
 
+    def orient(self, theta: float, *, spread: float) -> None:
+        """Take in which way the robot looks, radians, unless that is far from what is believed."""
+        self.settle()
+        off = wrap(theta - float(self._mean[2]))
+        doubt = float(self._covariance[2, 2]) + spread**2
+        if off**2 > GATE**2 * doubt:
+            return
+        gain = self._covariance[:, 2] / doubt
+        self._mean = self._mean + gain * off
+        self._covariance = self._covariance - np.outer(gain, self._covariance[2])
+        self._mean[3:] = np.minimum(np.maximum(self._mean[3:], -MOST_ERRS), MOST_ERRS)
+
     def _update(self, slopes: Floats, surprise: Floats, sigma: float) -> None:
         """One Kalman update by m distances, all as good; those beyond the gate are left out."""
         pose = self._covariance[:3, :3]

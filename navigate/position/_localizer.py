@@ -112,6 +112,12 @@ class Localizer(Freezable, Protocol):
     def place(self, pose: Pose, *, spread: float = 0.05, turn_spread: float = 0.03) -> None:
         """Believe to be at ``pose``, give or take: standard deviations in metres and radians."""
 
+    def orient(self, theta: float, *, spread: float) -> None:
+        """Take in which way the robot looks, as something shows that stands beside it.
+
+        ``theta`` and its standard deviation are in radians, in the map frame.
+        """
+
     def widen(self, *, spread: float, turn_spread: float) -> None:
         """Doubt the position more: somebody may have moved the robot unseen."""
 

@@ -45,6 +45,9 @@ STILL_TEMPER = 0.02
 MEMORY = 0.012
 """Weight of a new reading in the running share of readings that agree."""
 
+FARTHEST_LOOK = 3.0
+"""Standard deviations beyond which all headings are as improbable: it may be told wrongly."""
+
 LOST_AGREEMENT = 0.5
 LOST_DEVIATION = 1.2
 FOUND_AGREEMENT = 0.8
@@ -74,6 +77,13 @@ class ParticleFilter:
         self._theta += turn_spread * draw[2]
         self._drift += DRIFT * draw[3]
         self.agreement = 1.0
+        self._estimate = self._average()
+
+    def orient(self, theta: float, *, spread: float) -> None:
+        """Weigh the particles by which way the robot looks."""
+        off = 2.0 * np.sin((self._theta - theta) / 2.0) / spread
+        self._weights -= 0.5 * np.minimum(off**2, FARTHEST_LOOK**2)
+        self._weights -= self._weights.max()
         self._estimate = self._average()
 
     def widen(self, *, spread: float, turn_spread: float) -> None:

@@ -233,6 +233,11 @@ class PomdpLocalizer:
         self._weigh()
         self._judge()
 
+    def orient(self, theta: float, *, spread: float) -> None:
+        """Correct the tracked heading, and with it the axis of the walls."""
+        self._tracker.orient(theta, spread=spread)
+        self._align()
+
     def widen(self, *, spread: float, turn_spread: float) -> None:
         """Doubt the position more: somebody may have moved the robot unseen."""
         self._tracker.widen(spread=spread, turn_spread=turn_spread)

@@ -59,6 +59,9 @@ class DeadReckoning:
         """Go on from ``pose``."""
         self._pose, self._deviation, self._turn_deviation = pose, spread, turn_spread
 
+    def orient(self, theta: float, *, spread: float) -> None:
+        """Take no notice."""
+
     def widen(self, *, spread: float, turn_spread: float) -> None:
         """Doubt the position more."""
         self._deviation = math.hypot(self._deviation, spread)
