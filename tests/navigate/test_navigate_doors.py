@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from navigate.body import LIDAR, RING_RADIUS, STRIPER, Laser, Sight
+from navigate.body import LIDAR, RING_RADIUS, STRIPER, Laser, Sight, wrap
 from navigate.driving import View
 from navigate.driving._doorcompany import is_near, stands_in_way
 from navigate.driving._doorframe import DoorFrame
@@ -76,6 +76,9 @@ def test_turning_to_a_door_measures_it_whatever_map_and_position_say(laser):
         assert (ahead, left) == pytest.approx((-1.2, 0.0), abs=0.03)
         assert abs(error) < 0.03
         assert frame.doubt < 0.04
+        look = frame.orient((*at, facing))
+        assert wrap(look.theta - facing) == pytest.approx(0.0, abs=0.03)
+        assert 0.0 < look.doubt < math.radians(3.0)
 
 
 def test_dead_reckoning_makes_the_frame_of_a_door_doubtful():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from navigate_loop import Loop, true_plan, with_box
 
+from navigate.body import wrap
 from navigate.driving import STOP, DoorLog, DoorTally
 from navigate.driving._view import Disobeyed
 from navigate.freezing import freeze, thaw
@@ -32,6 +33,23 @@ def test_errands_from_room_to_room_arrive_where_they_should():
     report = loop.navigator.report(drive)
     assert report.metres == pytest.approx(drive.metres, abs=0.01)
     assert loop.world.truth().bumps == 0
+
+
+def test_the_jambs_of_a_door_tell_which_way_the_robot_looks(monkeypatch):
+    loop, told = Loop(seed=4), []
+    localizer = loop.navigator.localizer
+    orient = localizer.orient
+
+    def listen(theta, *, spread):
+        told.append((wrap(theta - loop.world.pose[2]), spread))
+        orient(theta, spread=spread)
+
+    monkeypatch.setattr(localizer, "orient", listen)
+    loop.drive("r-5303")
+    loop.drive("r-5304")
+    assert len(told) == 3  # in, out, and into the other room
+    for off, spread in told:
+        assert abs(off) < 3.0 * spread < math.radians(8.0)
 
 
 def test_odometry_that_is_set_anew_is_no_way_driven():

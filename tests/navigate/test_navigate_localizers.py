@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from navigate_loop import true_plan
 
-from navigate.body import Motion
+from navigate.body import Motion, wrap
 from navigate.maps import Floor
 from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
@@ -58,6 +58,30 @@ def test_what_nobody_saw_makes_it_less_sure(localizer):
     localizer.widen(spread=0.5, turn_spread=0.3)
     assert localizer.estimate.deviation > before.deviation + 0.2
     assert localizer.estimate.heading_deviation > before.heading_deviation + 0.1
+
+
+@pytest.mark.parametrize("theta", [math.pi - 0.02, -math.pi + 0.02, 0.4])
+def test_it_takes_in_which_way_the_robot_looks(localizer, theta):
+    x, y = FLOOR.place("r-5303")
+    localizer.place((x, y, theta + 0.15), spread=0.1, turn_spread=0.1)
+    before = localizer.estimate
+    localizer.orient(theta, spread=0.03)
+    here = localizer.estimate
+    if isinstance(localizer, DeadReckoning):
+        assert here == before
+        return
+    assert abs(wrap(here.theta - theta)) < 0.05
+    assert here.heading_deviation < before.heading_deviation - 0.02
+    assert math.dist(here.pose[:2], before.pose[:2]) < 0.1
+
+
+def test_a_look_that_nothing_speaks_for_changes_little(localizer):
+    before = localizer.estimate
+    localizer.orient(wrap(before.theta + 1.2), spread=0.03)
+    here = localizer.estimate
+    assert abs(wrap(here.theta - before.theta)) < 0.01
+    assert math.dist(here.pose[:2], before.pose[:2]) < 0.01
+    assert not localizer.lost
 
 
 def test_a_navigator_goes_by_the_localizer_it_is_given():
