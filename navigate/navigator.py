@@ -18,8 +18,8 @@ from navigate.body import (
     wrap,
 )
 from navigate.driving import (
-    REACH,
     STOP,
+    STRANGERS_WITHIN,
     DoorLog,
     DoorWatch,
     Drive,
@@ -117,19 +117,13 @@ class Navigator:
         motion = self._reckon(sensors)
         still = motion.still()
         self._percept = self.perception.take_in(sensors, self._odom or ORIGIN)
-        self.localizer.move(motion)
-        self.localizer.sense(
-            self._mapped(),
-            self._percept.fresh,
-            still=still,
-            striper=self._percept.striper,
-        )
+        self._locate(motion)
         self._still_ticks = self._still_ticks + 1 if still else 0
         self._listen(sensors)
         self._search()
         self._watch_doors()
         view = self._view(sensors)
-        self.strangers.listen(view, self.floor.open_around(*view.at, within=REACH))
+        self.strangers.listen(view, self.floor.open_around(*view.at, within=STRANGERS_WITHIN))
         self.wheels = self.driver.step(view)
         self._learn()
         return self.wheels
@@ -232,7 +226,7 @@ class Navigator:
             UnknownRoomError: no such room.
         """
         pose = self._pose_at(room, theta)
-        self.localizer.place(pose, spread=0.15, turn_spread=0.15)
+        self._believe(pose, spread=0.15, turn_spread=0.15)
         self._confidence.told(room.lower(), self._odom)
         return self.position()
 
@@ -270,7 +264,7 @@ class Navigator:
 
     def set_pose(self, pose: Pose) -> None:
         """Believe to be at a pose, as somebody said who sees the robot there."""
-        self.localizer.place(pose, spread=0.1, turn_spread=0.1)
+        self._believe(pose, spread=0.1, turn_spread=0.1)
 
     def freeze(self) -> dict[str, Any]:
         """The whole state between two drives: `thaw` goes on from it bit for bit."""
@@ -306,7 +300,7 @@ class Navigator:
         before = None if odom is None else _pose_of(odom)
         time, memory = _number(state["time"]), Memory()
         memory.restore(state["hindrances"])
-        self.localizer.place(pose, spread=max(0.1, spread), turn_spread=max(0.06, turn_spread))
+        self._believe(pose, spread=max(0.1, spread), turn_spread=max(0.06, turn_spread))
         self._odom, self.time = before, time
         self.memory.restore(memory.snapshot())
 
@@ -319,12 +313,26 @@ class Navigator:
         if (direction := bump_direction(sensors.bump)) is not None:
             self.surroundings.touch(odom, direction, sensors.time)
 
-    def _mapped(self) -> Floats:
-        """The ranges that tell of the map: those that come from strangers do not."""
+    def _locate(self, motion: Motion) -> None:
+        """Let the localizer know how the robot moved, and what it senses of the map."""
+        here, was_lost = self._percept, self.localizer.lost
+        self.localizer.move(motion)
+        mapped = here.fresh & ~self._strange()
+        self.localizer.sense(here.own, mapped, still=motion.still(), striper=here.striper)
+        if was_lost and not self.localizer.lost:
+            self.strangers.forget()
+
+    def _strange(self) -> int:
+        """Which sonars hear strangers, as bits: they tell nothing of the map."""
         if self.localizer.lost or not self.strangers.around:
-            return self._ranges
-        space = self.floor.space_nearest(*self.pose[:2])
-        return self.strangers.taken_from(self._ranges, self.pose, space)
+            return 0
+        spaces = self.floor.open_around(*self.pose[:2], within=STRANGERS_WITHIN)
+        return self.strangers.explained(self._ranges, self.pose, spaces)
+
+    def _believe(self, pose: Pose, *, spread: float, turn_spread: float) -> None:
+        """Believe to be elsewhere: whoever was met is not where that was on the map."""
+        self.localizer.place(pose, spread=spread, turn_spread=turn_spread)
+        self.strangers.forget()
 
     def _reckon(self, sensors: Sensors) -> Motion:
         now: Pose = (float(sensors.odom[0]), float(sensors.odom[1]), float(sensors.odom[2]))
@@ -336,6 +344,7 @@ class Navigator:
         if plausible(motion, seconds):
             return motion
         self.localizer.widen(spread=UNSEEN_SPREAD, turn_spread=0.2)
+        self.strangers.forget()
         return Motion(0.0, 0.0, 0.0)
 
     def _search(self) -> None:
@@ -351,8 +360,8 @@ class Navigator:
         """Let the localizer know what the driver found out about where the robot is."""
         findings = self.driver.take_findings()
         if findings.pose is not None:
-            self.localizer.place(findings.pose, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
-        if findings.look is not None:
+            self._believe(findings.pose, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
+        if findings.look is not None and not self.localizer.lost:
             self.localizer.orient(findings.look.theta, spread=findings.look.doubt)
         if findings.refuted:
             self.localizer.doubt()

@@ -5,13 +5,13 @@ from navigate.driving._doorwatch import DoorWatch
 from navigate.driving._drive import Drive, GoalFailedError
 from navigate.driving._driver import Driver
 from navigate.driving._safety import must_stop
-from navigate.driving._strangers import REACH, Strangers
+from navigate.driving._strangers import STRANGERS_WITHIN, Strangers
 from navigate.driving._surroundings import Surroundings
 from navigate.driving._view import STOP, View, Wheels
 
 __all__ = [
-    "REACH",
     "STOP",
+    "STRANGERS_WITHIN",
     "DoorLog",
     "DoorTally",
     "DoorWatch",

@@ -58,7 +58,7 @@ class Courtesy:
     """The robot's manners on one drive, to ``strangers``; to nobody without."""
 
     def __init__(self, strangers: Strangers | None = None) -> None:
-        self._strangers = strangers or Strangers()
+        self._strangers = Strangers() if strangers is None else strangers
         self.waited = 0.0
         self._since, self._last = -math.inf, -math.inf
         self._known: list[tuple[float, Point]] = []

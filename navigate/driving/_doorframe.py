@@ -54,6 +54,9 @@ SURE = CONE_HALF - math.radians(2.0)
 
 FARTHEST_JAMB = 1.5
 
+LEAST_TOLD = 1.0 / math.radians(6.0) ** 2
+"""What wall and jambs must tell of the heading to be passed on: one over a doubt squared."""
+
 
 class Look(NamedTuple):
     """Which way the robot looks on the map, and the doubt about that: radians."""
@@ -79,6 +82,7 @@ class DoorFrame:
         self._state = np.array([*middle, heading])
         self._odom = view.odom
         self._covariance = np.diag([MIDDLE_SIGMA**2, MIDDLE_SIGMA**2, 0.0])
+        self._told, self._told_doubt = heading, 0.0
         self._doubt_heading(HEADING_SIGMA)
 
     @property
@@ -97,11 +101,19 @@ class DoorFrame:
         away = np.array(odom[:2]) - self.middle
         return float(away @ ahead), float(away @ left), wrap(odom[2] - self.heading)
 
-    def orient(self, odom: Pose) -> Look:
-        """Which way the robot looks on the map, whose doors stand as the walls do."""
+    def orient(self, odom: Pose) -> Look | None:
+        """Which way the robot looks on the map, by wall and jambs alone.
+
+        What the frame was told at first is the localizer's own heading, and is taken out again.
+        None where little was measured.
+        """
+        doubt = float(self._covariance[2, 2])
+        told = 1.0 / doubt - 1.0 / self._told_doubt
+        if told <= LEAST_TOLD:
+            return None
+        measured = self._told + wrap(self.heading - self._told) / (doubt * told)
         through = math.atan2(self.sign * self.door.normal[1], self.sign * self.door.normal[0])
-        theta = wrap(through + odom[2] - self.heading)
-        return Look(theta, math.sqrt(float(self._covariance[2, 2])))
+        return Look(wrap(through + odom[2] - measured), math.sqrt(1.0 / told))
 
     @property
     def doubt(self) -> float:
@@ -130,6 +142,7 @@ class DoorFrame:
         """Doubt where the robot looks, by so many radians: the door turns about the robot."""
         dx, dy = self.middle - np.array(self._odom[:2])
         swing = np.array([-dy, dx, 1.0])
+        self._told_doubt += sigma**2
         self._covariance += sigma**2 * np.outer(swing, swing)
 
     def _hear(self, odom: Pose, bearing: float, reading: float) -> None:

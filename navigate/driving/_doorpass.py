@@ -44,7 +44,7 @@ BEYOND = 0.7
 
 APPROACH_SPEED, CREEP_SPEED = 0.36, 0.25
 SLOWEST, SLOWING = 0.12, 2.0
-"""Metres per second at which it comes to stand behind a door, and more for each metre before."""
+"""Metres per second at which it comes to stand behind a door at least, and for each metre left."""
 
 OFF_JAMBS = 0.5
 """Metres before or behind the line from which no jamb is right beside the robot."""
@@ -82,10 +82,10 @@ ONWARD, STANDING_SECONDS = 0.03, 6.0
 
 
 class Passed(NamedTuple):
-    """The tick at which a door is passed, and which way the robot looks by its jambs."""
+    """The tick at which a door is passed, and which way the robot looks by its jambs, if known."""
 
     view: View
-    look: Look
+    look: Look | None
 
 
 def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre[Passed]:

@@ -72,6 +72,9 @@ REPLAN_SECONDS = 5.0
 WORTH_SECONDS, WORTH_SHARE = 10.0, 0.2
 """What another way must save for the robot to take it: seconds, and a share of what is left."""
 
+TURN_NEAR = 0.5
+"""Metres from a corner on its way at which the robot may turn into the next way, if it must."""
+
 TURN_BEFORE = 0.7
 """Radians between two straight ways beyond which the robot slows down for the turn."""
 
@@ -321,7 +324,10 @@ def _go(view: View, way: Way, drive: Drive, *, behind_door: bool) -> Manoeuvre[V
     ends = last or steps[1].door is not None or _turns(way.start, way.goal, steps[1].to)
     if not ends:
         tolerance = 0.3
-    return (yield from follow(view, way, drive.courtesy, tolerance=tolerance, ends=ends))
+    settle = 0.0 if last or steps[1].door is not None else TURN_NEAR
+    return (
+        yield from follow(view, way, drive.courtesy, tolerance=tolerance, ends=ends, settle=settle)
+    )
 
 
 def _no_way(drive: Drive, why: NoRouteError) -> GoalFailedError:

@@ -14,14 +14,14 @@ from navigate.body import ROBOT_RADIUS, wrap
 from navigate.driving._courtesy import Courtesy
 from navigate.driving._cvm import TOP_SPEED, Window, choose
 from navigate.driving._lanes import Lane, pick_lane
-from navigate.driving._strangers import REACH, are_strange
+from navigate.driving._strangers import STRANGERS_WITHIN, are_strange
 from navigate.driving._turning import turn_rate
 from navigate.driving._view import STOP, Manoeuvre, View, WayBlocked, Wheels
 from navigate.maps import Floats, Point, inset
 from xavier_sim.messages import Space
 
 SLOW_SPEED, SLOWING = 0.12, 1.0
-"""Metres per second at which it comes to stand, and more for each metre before."""
+"""Metres per second at which it comes to stand, and what is added for each metre before."""
 
 CARROT = 1.1
 """Metres ahead in the lane that the robot steers for, on free floor."""
@@ -29,8 +29,9 @@ CARROT = 1.1
 TURN_FIRST = 0.7
 """Radians off beyond which the robot turns on the spot before it drives."""
 
-PATIENCE = 15.0
-"""Seconds without coming nearer after which the way counts as blocked."""
+PATIENCE, SETTLE_SECONDS = 15.0, 4.0
+"""Seconds without coming nearer after which the way counts as blocked, and as driven where the
+robot is near enough to its end."""
 
 NEARER = 0.15
 """Metres that count as coming nearer."""
@@ -72,7 +73,7 @@ class Way:
 
     ``mouths`` are the ends of its doors and openings, in their order: metres along the way and to
     its left; ``corners`` are those of its openings, metres along the way. ``beside`` are the open
-    spaces from which it comes and to which it leads: those in there are met as well.
+    spaces from which it comes and to which it leads: what is in there is in the way as well.
     """
 
     space: Space
@@ -104,8 +105,8 @@ class Way:
         return any(-CORNER_BEHIND < at - along < CORNER_AHEAD for at in self.corners)
 
     def around(self, at: Point) -> list[Space]:
-        """The spaces of it that are near a point: in which strangers matter."""
-        return [self.space, *(one for one in self.beside if inset(one, *at) > -REACH)]
+        """The spaces of it that are near a point: in which echoes are in the way."""
+        return [self.space, *(one for one in self.beside if inset(one, *at) > -STRANGERS_WITHIN)]
 
     def locate(self, at: Point) -> tuple[float, float]:
         """Metres along the way and to its left."""
@@ -153,7 +154,13 @@ def way_through(
 
 
 def follow(
-    view: View, way: Way, courtesy: Courtesy, *, tolerance: float = 0.12, ends: bool = True
+    view: View,
+    way: Way,
+    courtesy: Courtesy,
+    *,
+    tolerance: float = 0.12,
+    ends: bool = True,
+    settle: float = 0.0,
 ) -> Manoeuvre[View]:
     """Drive along ``way`` to its goal, in the lane that is free.
 
@@ -163,6 +170,8 @@ def follow(
         courtesy: sees to those who are in the way.
         tolerance: metres from the goal, or beyond it, at which it counts as reached.
         ends: whether to slow down towards the goal, for a turn or a stop.
+        settle: metres from the goal at which it will do where the robot comes no nearer: somebody
+            may stand there.
 
     Raises:
         WayBlocked: the robot came no nearer for longer than `PATIENCE`.
@@ -177,6 +186,8 @@ def follow(
         away = math.dist(view.at, way.goal)
         if away < nearest - NEARER:
             nearest, since = away, view.time
+        elif away < settle and view.time - since > SETTLE_SECONDS:
+            break
         elif view.time - since > PATIENCE:
             raise WayBlocked(_ahead(view, way, lane))
     return view

@@ -15,7 +15,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from navigate.body import BEARINGS, CONE_HALF, PITCH, RING_RADIUS, Pose, fresh_sonars
+from navigate.body import (
+    BEARINGS,
+    CONE_HALF,
+    PITCH,
+    RING_RADIUS,
+    Pose,
+    bits_of,
+    fresh_sonars,
+)
 from navigate.driving._surroundings import BEAM_SPREAD
 from navigate.driving._view import View
 from navigate.maps import Floats, Point
@@ -39,11 +47,12 @@ STANDS_AFTER = 1.5
 FORGOTTEN_AFTER = 1.2
 """Seconds, three rounds of the sonars, for which one is remembered that is heard no more."""
 
-REACH = 3.0
+STRANGERS_WITHIN = 3.0
 """Metres within which strangers matter."""
 
-MOST_SONARS = 10
-"""Sonars of 24 that strangers explain: where more hear what no wall can be, the pose is wrong."""
+MOST_SONARS, MOST_STRANGERS = 10, 4
+"""Sonars of 24 that strangers explain, and strangers who are heard there, that the robot believes
+in: where there are more that no wall can be, its pose is wrong."""
 
 FEWEST_BEAMS = 3
 """Beams that must end near each other to be taken for somebody."""
@@ -92,13 +101,13 @@ class Strangers:
         self.around = [Stranger(*one) for one in state]
 
     def forget(self) -> None:
-        """Know of nobody: the clock was set, or the robot."""
+        """Know of nobody: the clock was set, or the robot is elsewhere than believed."""
         self.around = []
 
     def listen(self, view: View, spaces: Sequence[Space]) -> None:
         """Take in the fresh readings of a tick; ``spaces`` are those around the robot."""
         now = view.time
-        self.around = [one for one in self.around if now - one.seen < FORGOTTEN_AFTER]
+        self.around = [one for one in self.around if 0.0 <= now - one.seen < FORGOTTEN_AFTER]
         for spot in (*strange_echoes(view, spaces), *strange_sights(view, spaces)):
             self._meet(spot, view)
 
@@ -114,24 +123,25 @@ class Strangers:
             near.stood, near.eye = spot, view.at
         near.at, near.seen, near.heard = spot, view.time, near.heard + 1
 
-    def taken_from(self, ranges: Floats, pose: Pose, space: Space) -> Floats:
-        """A ring of 24 ranges in metres, less what comes from those who are met for certain.
+    def explained(self, ranges: Floats, pose: Pose, spaces: Sequence[Space]) -> int:
+        """Which of 24 sonars hear those who are met for certain, as bits.
 
-        Nothing is left out if that were of more than `MOST_SONARS`: walls around a robot that is
-        elsewhere than believed look like a crowd.
+        None where that were more than `MOST_SONARS`, or more than `MOST_STRANGERS` of them: walls
+        around a robot that is elsewhere than believed look like a crowd.
         """
         certain = [one.at for one in self.around if one.certain]
         if not certain:
-            return ranges
+            return 0
         near = np.where(np.isfinite(ranges), RING_RADIUS + ranges, 0.0)
-        strange = are_strange(pose, space, near, BEARINGS) & (near > 0.0)
+        strange = np.zeros(len(ranges), dtype=bool)
+        for space in spaces:
+            strange |= are_strange(pose, space, near, BEARINGS)
         angles = pose[2] + BEARINGS
         x, y = pose[0] + near * np.cos(angles), pose[1] + near * np.sin(angles)
-        theirs = np.zeros(len(ranges), dtype=bool)
-        for at in certain:
-            theirs |= np.hypot(x - at[0], y - at[1]) < SAME
-        theirs &= strange
-        return ranges if theirs.sum() > MOST_SONARS else np.where(theirs, np.inf, ranges)
+        own = [strange & (near > 0.0) & (np.hypot(x - at[0], y - at[1]) < SAME) for at in certain]
+        theirs = np.logical_or.reduce(own)
+        is_crowd = sum(bool(heard.any()) for heard in own) > MOST_STRANGERS
+        return 0 if is_crowd or theirs.sum() > MOST_SONARS else bits_of(theirs)
 
 
 def strange_echoes(view: View, spaces: Sequence[Space]) -> list[Point]:
@@ -139,7 +149,7 @@ def strange_echoes(view: View, spaces: Sequence[Space]) -> list[Point]:
     ranges, (x, y, theta), spots = view.ranges.tolist(), view.pose, list[Point]()
     for sonar in fresh_sonars(view.fresh):
         away = RING_RADIUS + ranges[sonar]
-        if away >= REACH:
+        if away >= STRANGERS_WITHIN:
             continue
         angle = sonar * PITCH
         if any(is_strange(view.pose, space, away, angle) for space in spaces):
@@ -151,7 +161,7 @@ def strange_sights(view: View, spaces: Sequence[Space]) -> list[Point]:
     """Where light sees, in the map frame, what no wall can be: the nearest spot of each thing."""
     found: list[Point] = []
     for _, sight in view.sights:
-        spots = sight.spots[sight.ranges < REACH]
+        spots = sight.spots[sight.ranges < STRANGERS_WITHIN]
         if len(spots) < FEWEST_BEAMS:
             continue
         away, bearings = np.hypot(spots[:, 0], spots[:, 1]), np.arctan2(spots[:, 1], spots[:, 0])

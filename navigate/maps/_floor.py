@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import chain
 
 from navigate.maps._walls import Floats, Passage, map_passages, wall_segments
 from navigate.messages import RoomLocation
@@ -37,7 +37,7 @@ class Floor:
         self.passages = map_passages(plan)
         self.doors = {passage.name: passage for passage in self.passages if passage.door}
         self.places = {room: (at.x, at.y) for room, at in plan.places.items()}
-        self._about = functools.lru_cache(maxsize=MOST_CELLS)(self._spaces_about)
+        self._about = lru_cache(maxsize=MOST_CELLS)(self._spaces_about)
         self._open_beside = {name: self._opening_on(name) for name in self.spaces}
 
     @cached_property
@@ -98,8 +98,7 @@ class Floor:
 
     def _opening_on(self, name: str) -> list[Space]:
         sides = [one.spaces for one in self.passages if not one.door and name in one.spaces]
-        others = dict.fromkeys(other for side in sides for other in side if other != name)
-        return [self.spaces[other] for other in others if not is_room(self.spaces[other])]
+        return [self.spaces[other] for other in dict.fromkeys(chain(*sides)) if other != name]
 
     def doorway_at(self, x: float, y: float, *, reach: float = 0.45) -> Passage | None:
         """The door in whose frame the point lies: ``reach`` metres before or behind its line."""

@@ -200,7 +200,7 @@ class BeaconTracker:
             return
         gain = self._covariance[:, 2] / doubt
         self._mean = self._mean + gain * off
-        self._covariance = self._covariance - np.outer(gain, self._covariance[2])
+        self._covariance = self._covariance - doubt * np.outer(gain, gain)
         self._mean[3:] = np.minimum(np.maximum(self._mean[3:], -MOST_ERRS), MOST_ERRS)
 
     def _update(self, slopes: Floats, surprise: Floats, sigma: float) -> None:

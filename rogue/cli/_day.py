@@ -86,14 +86,14 @@ async def day(
         if kills:
             await days.kill(first, kills)
     if flags.json:
-        emit_json(days.report)
+        emit_json(days.report | {"wrong": days.wrong})
     if days.wrong:
         raise DayFailedError("; ".join(days.wrong))
     if not flags.json:
         emit("Every request ended as it should.")
 
 
-_Day = tuple[DayPlan, DayRecord]
+_Played = tuple[DayPlan, DayRecord]
 
 
 class _Days:
@@ -104,9 +104,9 @@ class _Days:
     ) -> None:
         self._folder, self._numbers, self._robot, self._flags = folder, numbers, robot, flags
         self.wrong: list[str] = []
-        self.report: dict[str, Any] = {**numbers, "wrong": self.wrong}
+        self.report: dict[str, Any] = {**numbers}
 
-    async def play(self) -> _Day:
+    async def play(self) -> _Played:
         """Play it undisturbed."""
         plan, record = await self._play("undisturbed")
         self.wrong += faults(plan, record)
@@ -114,7 +114,7 @@ class _Days:
         _show(plan, record, self._flags)
         return plan, record
 
-    async def repeat(self, first: _Day) -> None:
+    async def repeat(self, first: _Played) -> None:
         """Play it again; it must be the same to the tick."""
         _, again = await self._play("again")
         unlike = await _unlike(self._folder, first[1], again)
@@ -123,14 +123,14 @@ class _Days:
         if not (unlike or self._flags.json):
             emit("The day was the same when it was played again, to the tick.\n")
 
-    async def kill(self, first: _Day, kills: int) -> None:
+    async def kill(self, first: _Played, kills: int) -> None:
         """Play it again and kill the planner so many times; it must end the same."""
         plan, again = await self._play("killed", kills=kills)
         self.wrong += faults(plan, again) + differences(plan, first[1], again)
         self.report |= {"killed": _document(plan, again), "kills": again.kills}
         _show(plan, again, self._flags)
 
-    async def _play(self, name: str, *, kills: int = 0) -> _Day:
+    async def _play(self, name: str, *, kills: int = 0) -> _Played:
         folder = self._folder / name
         if (make_folder(folder) / FILE_NAME).exists():
             raise ConfigError("--data", str(folder), "a folder in which no office has run yet")

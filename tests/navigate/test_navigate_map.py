@@ -15,7 +15,6 @@ from navigate.maps._floor import clearance_of
 from navigate.maps._floorfile import own_maps
 from navigate.maps._walls import wall_segments
 from xavier_sim.floors import build_geometry
-from xavier_sim.messages import SpaceKind
 
 SURVEYED = Floor(load_plan())
 TRUE = Floor(true_plan())
@@ -90,9 +89,12 @@ def test_open_floor_around_a_point_is_what_opens_on_its_space_and_is_near():
     crossing = next(one for one in floor.passages if not one.door)
     x, y = crossing.centre
     assert {one.name for one in floor.open_around(x, y, within=0.5)} >= set(crossing.spaces)
-    for passage in floor.doors.values():
-        nearby = floor.open_around(*passage.centre, within=0.5)
-        assert sum(one.kind is SpaceKind.ROOM for one in nearby) <= 1
+    for name, (x, y) in floor.places.items():
+        assert [one.name for one in floor.open_around(x, y, within=9.0)] == [name]
+    corridor = floor.spaces["corridor-53"]
+    x, y = (corridor.low.x + corridor.high.x) / 2, (corridor.low.y + corridor.high.y) / 2
+    assert floor.open_around(x, y, within=1.0) == [corridor]
+    assert len(floor.open_around(x, y, within=99.0)) > 1
 
 
 @given(st.floats(-20, 60), st.floats(-20, 100))

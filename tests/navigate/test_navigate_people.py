@@ -264,34 +264,52 @@ def company(view, *, times=2):
     return strangers
 
 
-def test_what_strangers_explain_is_taken_from_what_is_heard_and_no_more():
+def explained(strangers, view, *spaces):
+    """Which sonars hear strangers."""
+    bits = strangers.explained(view.ranges, view.pose, spaces or (HALL,))
+    return np.array([bool(bits >> number & 1) for number in range(24)])
+
+
+def test_strangers_explain_what_is_heard_of_them_and_no_more():
     alone, beset = ring(), ring((4.0, 0.3), (3.2, -0.75))
-    left = company(beset).taken_from(beset.ranges, beset.pose, HALL)
-    gone = np.isinf(left) & np.isfinite(beset.ranges)
-    nearer = beset.ranges < alone.ranges - 0.3
-    assert 4 <= gone.sum() <= 10
-    assert (nearer[gone]).all()
-    np.testing.assert_array_equal(left[~gone], beset.ranges[~gone])
-    assert company(alone).taken_from(alone.ranges, alone.pose, HALL) is alone.ranges
+    theirs = explained(company(beset), beset)
+    assert 4 <= theirs.sum() <= 10
+    assert (beset.ranges < alone.ranges - 0.3)[theirs].all()
+    assert not explained(company(alone), alone).any()
 
 
-def test_nothing_is_taken_for_who_was_met_once():
-    beset = ring((4.0, 0.3))
-    assert (
-        company(seen(0.0, (2.2, 0.1)), times=1).taken_from(beset.ranges, beset.pose, HALL)
-        is beset.ranges
+def test_strangers_explain_what_is_heard_beyond_an_open_border():
+    near = Space(
+        name="n", kind=SpaceKind.CORRIDOR, low=Corner(x=-5, y=-1.2), high=Corner(x=3.7, y=1.2)
     )
+    beyond = Space(
+        name="b", kind=SpaceKind.CORRIDOR, low=Corner(x=3.7, y=-9), high=Corner(x=9, y=9)
+    )
+    beset, strangers = ring((4.5, 0.0)), Strangers()
+    for tick in range(2):
+        strangers.listen(replace(beset, time=0.1 * tick), [near, beyond])
+    assert not explained(strangers, beset, near).any()
+    assert explained(strangers, beset, near, beyond).any()
 
 
-def test_walls_where_none_should_be_are_no_crowd():
-    """A robot in a corridor that believes to be in the middle of a lounge."""
-    narrow = ring()
-    lounge = Space(name="l", kind=SpaceKind.CORRIDOR, low=Corner(x=-5, y=-4), high=Corner(x=9, y=4))
-    strangers = Strangers()
+def test_who_was_met_once_explains_nothing():
+    beset, strangers = ring((4.0, 0.2)), Strangers()
+    for tick, sure in enumerate((False, True)):
+        strangers.listen(seen(0.1 * tick, (4.0, 0.2), at=3.0), [HALL])
+        assert explained(strangers, beset).any() == sure
+
+
+@pytest.mark.parametrize("half", [1.7, 4.0])
+def test_walls_where_none_should_be_are_no_crowd(half):
+    """A robot in a corridor that believes to be in a wider one, or in a lounge."""
+    narrow, strangers = ring(), Strangers()
+    wide = Space(
+        name="l", kind=SpaceKind.CORRIDOR, low=Corner(x=-5, y=-half), high=Corner(x=9, y=half)
+    )
     for tick in range(3):
-        strangers.listen(replace(narrow, time=0.1 * tick), [lounge])
+        strangers.listen(replace(narrow, time=0.1 * tick), [wide])
     assert len(strangers.around) > 3
-    assert strangers.taken_from(narrow.ranges, narrow.pose, lounge) is narrow.ranges
+    assert not explained(strangers, narrow, wide).any()
 
 
 def test_strangers_are_forgotten_soon_and_at_a_word():
@@ -299,6 +317,9 @@ def test_strangers_are_forgotten_soon_and_at_a_word():
     strangers = company(beset)
     assert strangers.around
     strangers.listen(seen(1.4), [HALL])
+    assert not strangers.around
+    strangers = company(beset)
+    strangers.listen(seen(-5.0), [HALL])  # the clock was set back
     assert not strangers.around
     strangers = company(beset)
     strangers.forget()

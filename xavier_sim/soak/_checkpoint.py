@@ -14,7 +14,7 @@ from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._soak import Soak
 
-FORMAT = 2
+FORMAT = 3
 
 START_ANEW = "give the options that it was begun with, or another file"
 ANOTHER = "move it away, or give another file"
