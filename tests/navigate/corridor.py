@@ -53,11 +53,17 @@ class Corridor:
         return self.drive_way((0.0, 0.0), (metres, 0.0), seconds=seconds)
 
     def drive_way(
-        self, start: Point, goal: Point, *, tolerance: float = 0.12, seconds: float = 120.0
+        self,
+        start: Point,
+        goal: Point,
+        *,
+        tolerance: float = 0.12,
+        settle: float = 0.0,
+        seconds: float = 120.0,
     ) -> Trouble | None:
         """Drive a way, which need not begin where the robot is; as `drive`."""
         way = way_through(self.space, start, goal)
-        course = follow(self._view(0), way, self.courtesy, tolerance=tolerance)
+        course = follow(self._view(0), way, self.courtesy, tolerance=tolerance, settle=settle)
         view, wheels = None, Wheels(0.0, 0.0)
         for tick in range(round(seconds / TICK)):
             try:

@@ -77,8 +77,7 @@ def test_turning_to_a_door_measures_it_whatever_map_and_position_say(laser):
         assert abs(error) < 0.03
         assert frame.doubt < 0.04
         look = frame.orient((*at, facing))
-        assert wrap(look.theta - facing) == pytest.approx(0.0, abs=0.03)
-        assert 0.0 < look.doubt < math.radians(3.0)
+        assert abs(wrap(look.theta - facing)) < min(0.04, 2.5 * look.doubt)
 
 
 def test_dead_reckoning_makes_the_frame_of_a_door_doubtful():

@@ -160,3 +160,29 @@ def test_jambs_tell_the_middle_of_a_door_better_than_map_and_position():
         assert abs(left) < 0.04
         assert abs(turned) < 0.01
         assert frame.doubt < 0.05
+
+
+@pytest.mark.parametrize("askew", [math.radians(-6.0), 0.0, math.radians(6.0)])
+def test_jambs_tell_which_way_the_robot_looks_whatever_it_believes(askew):
+    door, (middle, y) = Floor(load_plan()).doors["d-5303"], TRUE.doors["d-5303"].centre
+    frame = None
+    for x in np.arange(middle + 1.2, middle - 0.7, -0.05).tolist():
+        odom = (x, y, math.pi)
+        echoes, pose = np.zeros((0, 2)), (x, y, wrap(math.pi + askew))
+        view = View(0.0, pose, odom, ring(*odom), ALL, 0, echoes)
+        frame = frame or DoorFrame(door, -1.0, view)
+        frame.measure(view)
+    look = frame.orient(odom)
+    off = abs(wrap(look.theta - math.pi))
+    assert off < 2.5 * look.doubt
+    assert off < math.radians(2.0)
+
+
+def test_where_no_jamb_is_heard_nothing_tells_which_way_the_robot_looks():
+    door, frame = TRUE.doors["d-5303"], None
+    for x in np.arange(1.2, -0.7, -0.05).tolist():
+        odom = (door.centre[0] + x, door.centre[1], math.pi)
+        view = View(0.0, odom, odom, np.full(24, np.inf), ALL, 0, np.zeros((0, 2)))
+        frame = frame or DoorFrame(door, -1.0, view)
+        frame.measure(view)
+    assert frame.orient(odom) is None
