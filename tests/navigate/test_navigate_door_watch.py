@@ -106,6 +106,7 @@ def test_what_was_begun_goes_on_after_a_restart_and_is_dropped_by_who_is_lost():
 
 
 def test_driving_along_the_corridor_past_doors_tells_how_they_stand():
+    """So it does on eleven of twelve such drives, with seeds 0 to 11."""
     loop = Loop(seed=3)
     loop.drive("r-5303")
     memory = loop.navigator.memory
