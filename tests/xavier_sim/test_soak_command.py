@@ -148,8 +148,8 @@ def test_a_soak_that_is_left_keeps_what_was_done(tmp_path):
     ("text", "why"),
     [
         ("", "is no checkpoint of a soak"),
-        ("[1]", "is no checkpoint of format 2"),
-        ('{"format": 2}', "names no options of a soak"),
+        ("[1]", "is no checkpoint of format 3"),
+        ('{"format": 3}', "names no options of a soak"),
     ],
 )
 def test_a_file_that_is_no_checkpoint_is_explained(tmp_path, text, why):
