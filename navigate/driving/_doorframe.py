@@ -82,7 +82,7 @@ class DoorFrame:
         self._state = np.array([*middle, heading])
         self._odom = view.odom
         self._covariance = np.diag([MIDDLE_SIGMA**2, MIDDLE_SIGMA**2, 0.0])
-        self._told, self._told_doubt = heading, 0.0
+        self._told, self._told_variance = heading, 0.0
         self._doubt_heading(HEADING_SIGMA)
 
     @property
@@ -107,11 +107,11 @@ class DoorFrame:
         What the frame was told at first is the localizer's own heading, and is taken out again.
         None where little was measured.
         """
-        doubt = float(self._covariance[2, 2])
-        told = 1.0 / doubt - 1.0 / self._told_doubt
+        variance = float(self._covariance[2, 2])
+        told = 1.0 / variance - 1.0 / self._told_variance
         if told <= LEAST_TOLD:
             return None
-        measured = self._told + wrap(self.heading - self._told) / (doubt * told)
+        measured = self._told + wrap(self.heading - self._told) / (variance * told)
         through = math.atan2(self.sign * self.door.normal[1], self.sign * self.door.normal[0])
         return Look(wrap(through + odom[2] - measured), math.sqrt(1.0 / told))
 
@@ -142,7 +142,7 @@ class DoorFrame:
         """Doubt where the robot looks, by so many radians: the door turns about the robot."""
         dx, dy = self.middle - np.array(self._odom[:2])
         swing = np.array([-dy, dx, 1.0])
-        self._told_doubt += sigma**2
+        self._told_variance += sigma**2
         self._covariance += sigma**2 * np.outer(swing, swing)
 
     def _hear(self, odom: Pose, bearing: float, reading: float) -> None:

@@ -43,7 +43,7 @@ BEYOND = 0.7
 """Metres behind the line at which a door is passed: the place of a room."""
 
 APPROACH_SPEED, CREEP_SPEED = 0.36, 0.25
-SLOWEST, SLOWING = 0.12, 2.0
+SLOWEST, SPEED_PER_METRE = 0.12, 2.0
 """Metres per second at which it comes to stand behind a door at least, and for each metre left."""
 
 OFF_JAMBS = 0.5
@@ -224,7 +224,7 @@ def _steer(ahead: float, left: float, turned: float) -> Wheels:
     wanted = max(-limit, min(limit, -1.6 * left))
     error = wrap(wanted - turned)
     speed = CREEP_SPEED if -0.6 < ahead < 0.35 else APPROACH_SPEED
-    remaining = max(SLOWEST, SLOWING * (BEYOND - ahead))
+    remaining = max(SLOWEST, SPEED_PER_METRE * (BEYOND - ahead))
     return Wheels(
         min(speed, remaining) * max(0.0, 1.0 - abs(error) / 0.5),
         turn_rate(error, top=0.8),

@@ -20,7 +20,7 @@ from navigate.driving._view import STOP, Manoeuvre, View, WayBlocked, Wheels
 from navigate.maps import Floats, Point, inset
 from xavier_sim.messages import Space
 
-SLOW_SPEED, SLOWING = 0.12, 1.0
+SLOW_SPEED, SPEED_PER_METRE = 0.12, 1.0
 """Metres per second at which it comes to stand, and what is added for each metre before."""
 
 CARROT = 1.1
@@ -197,7 +197,7 @@ def _top_speed(view: View, way: Way, courtesy: Courtesy, *, ends: bool) -> float
     """The speed that the goal, the doors beside the way and the people in it allow."""
     along, left = way.locate(view.at)
     distance = math.dist(view.at, way.goal)
-    top = min(TOP_SPEED, SLOW_SPEED + SLOWING * distance) if ends else TOP_SPEED
+    top = min(TOP_SPEED, SLOW_SPEED + SPEED_PER_METRE * distance) if ends else TOP_SPEED
     top = _past_mouths(way, along, left, top)
     wary = way.has_corner_near(along)
     return courtesy.speed(view, way.heading, top, wary=wary)
