@@ -363,6 +363,9 @@ class Navigator:
             self._believe(findings.pose, spread=FIX_SPREAD, turn_spread=FIX_TURN_SPREAD)
         if findings.look is not None and not self.localizer.lost:
             self.localizer.orient(findings.look.theta, spread=findings.look.doubt)
+        if findings.doubt is not None and not self.localizer.lost:
+            spread, turn_spread = findings.doubt
+            self.localizer.widen(spread=spread, turn_spread=turn_spread)
         if findings.refuted:
             self.localizer.doubt()
 

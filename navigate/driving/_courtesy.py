@@ -43,7 +43,7 @@ ACROSS = math.tan(math.radians(70.0))
 
 CREEP_SPEED, CREEP_WITHIN = 0.1, 0.8
 """Metres per second at which the robot may touch somebody, and metres from its centre within which
-those who walk there may be met before the sonars tell."""
+whoever is there may set out into it before the sonars tell, however long they have stood."""
 
 LET_GO = 0.5
 """Seconds after which a wait is over when nobody is there any more."""
@@ -78,15 +78,14 @@ class Courtesy:
         return min(top, self._facing_speed(view))
 
     def _facing_speed(self, view: View) -> float:
-        """The speed that those allow who walk before or beside the robot as it looks now.
+        """The speed that those allow who are before or beside the robot as it looks now.
 
         That need not be along its way: it may still turn into that, or out of it round something.
         """
-        around = self._strangers.around
-        walkers = (one for one in around if one.certain and not one.stands(view.time))
-        seen = (_seen_from(view.at, view.pose[2], one.at) for one in walkers)
+        certain = (one for one in self._strangers.around if one.certain)
+        seen = (_seen_from(view.at, view.pose[2], one.at) for one in certain)
         return min(
-            (_beside(math.hypot(x, y), walks=True) for x, y in seen if x > -ROBOT_RADIUS),
+            (_beside(math.hypot(x, y)) for x, y in seen if x > -ROBOT_RADIUS),
             default=math.inf,
         )
 
@@ -139,16 +138,16 @@ def _speed_towards(one: Stranger, x: float, y: float, now: float, *, wary: bool)
         walking = WALKING if one.certain else 0.0
         top = approach_speed(x - ROBOT_RADIUS - KEEP_OFF, walking)
     if one.certain:
-        top = min(top, _beside(away, walks=walks))
+        top = min(top, _beside(away))
     if walks and (one.certain or wary) and abs(y) < ACROSS * x:
         come = WALKING * max(0.0, now - one.seen - STALE) if wary else 0.0
         top = min(top, approach_speed(away - come - ROBOT_RADIUS - KEEP_OFF))
     return top
 
 
-def _beside(away: float, *, walks: bool) -> float:
+def _beside(away: float) -> float:
     """The speed to pass somebody at, m/s, so many metres from the robot's centre."""
-    if walks and away < CREEP_WITHIN:
+    if away < CREEP_WITHIN:
         return CREEP_SPEED
     return PASSING_SPEED if away < PASSING_WITHIN else math.inf
 

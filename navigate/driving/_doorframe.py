@@ -72,9 +72,12 @@ class DoorFrame:
         door: the passage, from the map.
         sign: 1.0 to pass from its first space to its second, -1.0 the other way.
         view: the tick at which the manoeuvre begins.
+        heading_sigma: doubt about the robot's heading then, radians.
     """
 
-    def __init__(self, door: Passage, sign: float, view: View) -> None:
+    def __init__(
+        self, door: Passage, sign: float, view: View, *, heading_sigma: float = HEADING_SIGMA
+    ) -> None:
         self.door, self.sign = door, sign
         nx, ny = door.normal[0] * sign, door.normal[1] * sign
         heading = wrap(math.atan2(ny, nx) + view.odom[2] - view.pose[2])
@@ -83,7 +86,7 @@ class DoorFrame:
         self._odom = view.odom
         self._covariance = np.diag([MIDDLE_SIGMA**2, MIDDLE_SIGMA**2, 0.0])
         self._told, self._told_variance = heading, 0.0
-        self._doubt_heading(HEADING_SIGMA)
+        self._doubt_heading(heading_sigma)
 
     @property
     def middle(self) -> Floats:

@@ -1,4 +1,4 @@
-"""A second look at a door that seems shut: along the wall, for an opening beside it.
+"""A second look at a door that seems shut, or whose jambs were touched: along its wall.
 
 A robot that stands half a metre along the corridor from where it believes to be looks at the wall
 beside an open door, and one whose heading is off at its jamb. Either sees the opening as it turns,
@@ -34,7 +34,7 @@ LEAST_GAP = 0.15
 """Metres of a door through which light goes that show that it is not shut."""
 
 AS_BELIEVED, TURNED_AS_BELIEVED = 0.1, math.radians(3.0)
-"""Metres and radians off up to which a door is where it was believed to be."""
+"""Metres and radians off up to which a door, or the robot, is where it was believed to be."""
 
 
 class DoorSeen(NamedTuple):
@@ -52,6 +52,11 @@ class DoorSeen(NamedTuple):
     def is_as_believed(self) -> bool:
         """Whether the door is where it was looked for."""
         return abs(self.off) < AS_BELIEVED and abs(self.turned) < TURNED_AS_BELIEVED
+
+    def is_at(self, pose: Pose) -> bool:
+        """Whether the door says that the robot is at ``pose``, on the map."""
+        near = math.dist(self.pose[:2], pose[:2]) < AS_BELIEVED
+        return near and abs(wrap(self.pose[2] - pose[2])) < TURNED_AS_BELIEVED
 
 
 class SecondLook(NamedTuple):

@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, wrap
+from navigate.body import PITCH, RING_RADIUS, ROBOT_RADIUS, Pose, wrap
 from navigate.driving._doorcompany import is_near, stands_in_way
 from navigate.driving._doorframe import DoorFrame, Look
 from navigate.driving._doorlog import DoorLog
 from navigate.driving._doorlook import SecondLook, look_along
 from navigate.driving._safety import GENTLE, is_touching
-from navigate.driving._turning import BACK_SPEED, turn_rate
+from navigate.driving._turning import BACK_SPEED, is_behind, turn_rate
 from navigate.driving._view import (
     STOP,
+    Bumped,
     DoorMissed,
     DoorObstructed,
     DoorShut,
@@ -68,6 +69,12 @@ TRIES = 3
 BACK_TO, BACK_SECONDS = -0.85, 17.0
 """Metres before the line from which a new try begins, and how long backing may take."""
 
+AMONG_JAMBS = ROBOT_RADIUS + 0.15
+"""Metres before or behind the line within which what the robot touches ahead may be a jamb."""
+
+TOUCHED_DOUBT = (0.05, math.radians(6.0))
+"""Metres and radians by which a pose is in doubt that led the robot into a jamb."""
+
 ASIDE = 0.1
 """Metres beside the axis to which the robot backs out before it tries again."""
 
@@ -85,6 +92,14 @@ class Passed(NamedTuple):
     """The tick at which a door is passed, and which way the robot looks by its jambs, if known."""
 
     view: View
+    look: Look | None
+
+
+class Outside(NamedTuple):
+    """The tick at which the robot is out of a door again, and where it is and looks, if known."""
+
+    view: View
+    pose: Pose | None
     look: Look | None
 
 
@@ -117,6 +132,30 @@ def pass_door(view: View, door: Passage, sign: float, log: DoorLog) -> Manoeuvre
         frame = DoorFrame(door, sign, view)
         view = yield from _retreat(view, frame, aside=ASIDE * (1.0 - 2.0 * (attempt % 2)))
     raise DoorMissed(door.name)
+
+
+def is_among_jambs(met: Bumped, door: Passage, sign: float) -> bool:
+    """Whether a contact on the way through a door is likely one with its jambs."""
+    ahead = DoorFrame(door, sign, met.view).locate(met.view.odom)[0]
+    return abs(ahead) < AMONG_JAMBS and not is_behind(met.direction)
+
+
+def back_out(view: View, door: Passage, sign: float) -> Manoeuvre[Outside]:
+    """Back out of a door after a touch of its jambs, and find out where the robot is.
+
+    Light shows the wall and the opening as the robot turns before it, wherever it took them to be.
+    """
+    frame = DoorFrame(door, sign, view, heading_sigma=TOUCHED_DOUBT[1])
+    view = yield from _retreat(view, frame)
+    if view.lost or frame.locate(view.odom)[0] > COMMITTED:
+        return Outside(view, None, None)
+    if not view.sights:
+        view = yield from _face(view, frame)
+        return Outside(view, None, frame.orient(view.odom))
+    view, seen, _ = yield from look_along(view, frame)
+    if seen is not None and not seen.is_at(view.pose):
+        return Outside(view, seen.pose, None)
+    return Outside(view, None, frame.orient(view.odom))
 
 
 def _face(view: View, frame: DoorFrame) -> Manoeuvre[View]:

@@ -42,7 +42,7 @@ LIMITS: dict[type[Trouble], tuple[int, NavigationFailure]] = {
     Disobeyed: (3, NavigationFailure.NO_PROGRESS),
     Astray: (6, NavigationFailure.LOST),
 }
-"""How often each trouble is recovered from in one drive, and what the next one fails with."""
+"""How often each kind of trouble is recovered from in one drive, and what the next fails with."""
 
 
 class GoalFailedError(Exception):
@@ -62,11 +62,13 @@ class Findings:
     """What a drive found out about where the robot is.
 
     ``pose`` is where it stands on the map and ``look`` which way it looks, if that was measured;
-    ``refuted`` says that it cannot be where it supposed to be while it was lost.
+    ``doubt`` are metres and radians by which the pose is less sure than it seemed. ``refuted`` says
+    that it cannot be where it supposed to be while it was lost.
     """
 
     pose: Pose | None = None
     look: Look | None = None
+    doubt: tuple[float, float] | None = None
     refuted: bool = False
 
 
@@ -114,8 +116,9 @@ class Drive:
             GoalFailedError: there were too many of its kind.
         """
         self.troubles.append(trouble)
-        most, reason = LIMITS[type(trouble)]
-        if sum(type(met) is type(trouble) for met in self.troubles) > most:
+        kind = next(kind for kind in LIMITS if isinstance(trouble, kind))
+        most, reason = LIMITS[kind]
+        if sum(isinstance(met, kind) for met in self.troubles) > most:
             text = f"{trouble}, for the {most + 1}. time on this drive"
             raise GoalFailedError(reason, text, by_trouble=True)
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from navigate.body import Motion, bump_direction, plausible
 from navigate.driving._courtesy import Courtesy
 from navigate.driving._doorlog import DoorLog
-from navigate.driving._doorpass import pass_door
+from navigate.driving._doorpass import TOUCHED_DOUBT, back_out, is_among_jambs, pass_door
 from navigate.driving._drive import LIMITS, Drive, Findings, GoalFailedError
 from navigate.driving._follow import Way, follow, way_through
 from navigate.driving._obeying import STILL_SECONDS
@@ -24,6 +24,7 @@ from navigate.driving._view import (
     STOP,
     Astray,
     Bumped,
+    BumpedInDoor,
     Disobeyed,
     DoorObstructed,
     DoorShut,
@@ -209,13 +210,18 @@ class Driver:
         return (yield from make_sure(view))
 
     def _pass(self, drive: Drive, view: View, step: Step, door: Passage) -> Manoeuvre[View]:
-        drive.in_door = True
+        drive.in_door, sign = True, side_of(door, step.to)
         try:
-            passed = yield from pass_door(view, door, side_of(door, step.to), self.doors)
+            passed = yield from pass_door(view, door, sign, self.doors)
         except DoorShut:
             self.doors.find_shut(door.name)
             raise
         except (DoorObstructed, OffCourse, Disobeyed):
+            raise
+        except Bumped as met:
+            self.doors.get_stuck(door.name)
+            if is_among_jambs(met, door, sign):
+                raise BumpedInDoor(met, door, sign) from met
             raise
         except Trouble:
             self.doors.get_stuck(door.name)
@@ -287,7 +293,7 @@ class Driver:
     def _recover(self, drive: Drive, view: View, trouble: Trouble) -> Manoeuvre[View]:
         drive.steps, drive.nearest_at = [], view.time
         if isinstance(trouble, Bumped):
-            return (yield from back_off(view, trouble.direction))
+            return (yield from _back_off(drive, view, trouble))
         if isinstance(trouble, DoorShut):
             self._memory.shut(trouble.door, view.time)
         elif isinstance(trouble, DoorObstructed):
@@ -308,6 +314,17 @@ class Driver:
         elif isinstance(trouble, Disobeyed):
             return (yield from wait(view, DISOBEYED_PAUSE))
         return (yield from wait(view, 0.5))
+
+
+def _back_off(drive: Drive, view: View, met: Bumped) -> Manoeuvre[View]:
+    """Back off from a contact; from a jamb out of the door, to find out where the robot is."""
+    if not isinstance(met, BumpedInDoor):
+        return (yield from back_off(view, met.direction))
+    drive.findings = Findings(doubt=TOUCHED_DOUBT)
+    view = yield from back_off(view, met.direction)
+    view, pose, look = yield from back_out(view, met.passage, met.sign)
+    drive.findings = Findings(pose=pose, look=look)
+    return (yield STOP)
 
 
 def _driven(before: View, now: View) -> float:

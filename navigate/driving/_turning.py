@@ -47,9 +47,14 @@ def wait(view: View, seconds: float) -> Manoeuvre[View]:
     return view
 
 
+def is_behind(direction: float) -> bool:
+    """Whether a contact is one to drive forward from."""
+    return math.cos(direction) <= -0.2
+
+
 def back_off(view: View, direction: float, metres: float = 0.25) -> Manoeuvre[View]:
     """Drive straight away from a contact at ``direction``, as far as nothing else is touched."""
-    sign = -1.0 if math.cos(direction) > -0.2 else 1.0
+    sign = 1.0 if is_behind(direction) else -1.0
     start, until = view.odom, view.time + BACK_SECONDS
     while view.time < until and math.dist(start[:2], view.odom[:2]) < metres:
         try:

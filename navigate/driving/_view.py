@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from navigate.body import Laser, Pose, Sight
-from navigate.maps import Floats, Point
+from navigate.maps import Floats, Passage, Point
 
 Result = TypeVar("Result")
 
@@ -100,6 +100,18 @@ class Bumped(Trouble):
     def __init__(self, direction: float, view: View) -> None:
         self.direction, self.view = direction, view
         super().__init__(f"touched something {math.degrees(direction):.0f} degrees to the left")
+
+
+class BumpedInDoor(Bumped):
+    """The same among the jambs of a ``passage``, on the way in the direction ``sign`` through it.
+
+    Most likely the robot is not where it believes to be, or does not look where it believes to.
+    """
+
+    def __init__(self, bumped: Bumped, passage: Passage, sign: float) -> None:
+        self.passage, self.sign = passage, sign
+        super().__init__(bumped.direction, bumped.view)
+        self.args = (f"{self}, in door {passage.name}",)
 
 
 class DoorTrouble(Trouble):

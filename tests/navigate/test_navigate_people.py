@@ -17,6 +17,7 @@ from navigate.driving import Strangers, View
 from navigate.driving._courtesy import (
     CREEP_SPEED,
     KEEP_OFF,
+    PASSING_SPEED,
     STALE,
     WAIT_SECONDS,
     Courtesy,
@@ -24,7 +25,7 @@ from navigate.driving._courtesy import (
 )
 from navigate.driving._follow import MOUTH_SPEED, way_through
 from navigate.driving._follow import _past_mouths as past_mouths
-from navigate.driving._strangers import strange_sights
+from navigate.driving._strangers import Stranger, strange_sights
 from navigate.driving._view import WayBlocked
 from navigate.freezing import freeze, thaw
 from xavier_sim.messages import Corner, Space, SpaceKind
@@ -54,6 +55,17 @@ def test_who_stands_aside_is_passed_slowly_without_a_wait():
     assert hall.courtesy.waited == 0.0
     assert hall.touched is None
     assert CREEP_SPEED + 0.05 < min(hall.speeds[30:-30]) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("aside", "speed"), [(0.65, CREEP_SPEED), (0.9, PASSING_SPEED), (1.2, 0.6)]
+)
+def test_whoever_stands_right_beside_the_robot_is_crept_past_however_long_they_stood(aside, speed):
+    """They may set out into its side before a sonar tells."""
+    strangers, view = Strangers(), seen(100.0)
+    at = (0.3, aside)
+    strangers.around = [Stranger(at, 100.0, since=40.0, stood=at, eye=(0.0, 0.0), heard=50)]
+    assert Courtesy(strangers).speed(view, 0.0, 0.6) == speed
 
 
 def test_who_walks_towards_the_robot_and_round_it_meets_one_that_stands():

@@ -16,7 +16,7 @@ from navigate.driving._doorframe import DoorFrame
 from navigate.driving._doorlook import look_along
 from navigate.driving._doorpass import pass_door
 from navigate.driving._safety import GENTLE
-from navigate.driving._view import DoorObstructed, DoorShut, OffCourse
+from navigate.driving._view import BumpedInDoor, DoorObstructed, DoorShut, OffCourse
 from navigate.driving._wallscan import Line, WallScan
 from navigate.maps import Floor, load_plan
 from navigate.messages import NavigationFailure
@@ -233,6 +233,38 @@ def test_off_course_before_a_shut_door_it_is_shut_all_the_same():
     drive = loop.drive("r-5303", most=600)
     assert drive.failure.reason is NavigationFailure.DOOR_BLOCKED
     assert [type(met) for met in drive.troubles] == [DoorShut]
+
+
+def askew_in_door(loop, *, aside, turned):
+    """Put the robot into the door, near a jamb, and let it believe to look elsewhere."""
+    (nx, ny), (x, y) = DOOR.normal, DOOR.centre
+    side = -1.0 if loop.navigator.floor.space_at(x + nx, y + ny).name == "r-5303" else 1.0
+    x, y = x + side * (0.3 * nx - aside * ny), y + side * (0.3 * ny + aside * nx)
+    heading = math.atan2(-side * ny, -side * nx)
+    loop.world.place_robot(x, y, heading + turned / 2)
+    loop.sensors = loop.robot.sensors()
+    loop.navigator.step(loop.sensors)
+    loop.navigator.localizer.place((x, y, heading - turned / 2))
+
+
+@pytest.mark.parametrize(("aside", "turned"), [(0.15, -12.0), (-0.15, 12.0), (-0.2, -12.0)])
+def test_after_a_touch_in_a_door_the_robot_backs_out_and_looks_where_it_is(aside, turned):
+    loop = Loop(seed=3)
+    askew_in_door(loop, aside=aside, turned=math.radians(turned))
+    touched, known = list[float](), list[float]()
+
+    def look():
+        drive = loop.navigator.driver.drive
+        if drive.troubles:
+            off = abs(wrap(loop.navigator.pose[2] - loop.world.pose[2]))
+            (known if drive.steps else touched).append(math.degrees(off))
+
+    drive = loop.drive("r-5303", most=900, each=look)
+    assert drive.failure is None
+    assert [type(met) for met in drive.troubles] == [BumpedInDoor]
+    assert touched[0] > 5.0
+    assert known[0] < 3.0
+    assert loop.off("r-5303") < 0.25
 
 
 def in_doorway(loop, *, pause=0.0, way=()):
