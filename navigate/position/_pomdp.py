@@ -253,7 +253,7 @@ class PomdpLocalizer:
         for report in self._reports.move(motion):
             self._read(still=False)
             self.markov.report(report)
-            self._rings.report(report)
+            self._rings.report(report, looking=self._search.busy)
             if isinstance(report, Moved):
                 self._see()
             self._vouch()

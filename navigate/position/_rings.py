@@ -68,15 +68,19 @@ class Rings:
         """Take what was heard at this place for good; it is looked for no more there."""
         self._without = np.empty(0)
 
-    def report(self, report: Moved | Turned) -> None:
-        """Take in a motion report."""
+    def report(self, report: Moved | Turned, *, looking: bool) -> None:
+        """Take in a motion report; ``looking`` says that the last ring asked about is looked for.
+
+        Only then the way is kept: a robot that is never lost drives on for days.
+        """
         if isinstance(report, Moved):
-            self._since.append(("moved", report.relative))
-            self._without = np.empty(0)
-            return
-        self._since.append(("turned", report.quarters))
-        if len(self._without):
-            self._without = self._model.turned(self._without, quarters=report.quarters)
+            step, self._without = ("moved", report.relative), np.empty(0)
+        else:
+            step = ("turned", report.quarters)
+            if len(self._without):
+                self._without = self._model.turned(self._without, quarters=report.quarters)
+        if looking:
+            self._since.append(step)
 
     def weigh(self, chances: Floats, fits: Floats) -> Floats:
         """The belief ``chances`` by the log likelihoods of the ring in the states asked about."""

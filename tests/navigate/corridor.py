@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import accumulate
 
 import numpy as np
 
@@ -51,6 +52,10 @@ class Corridor:
     def drive(self, *, metres: float = 15.0, seconds: float = 120.0) -> Trouble | None:
         """Drive along, up to a touch; what stopped the robot, None when it came through."""
         return self.drive_way((0.0, 0.0), (metres, 0.0), seconds=seconds)
+
+    def driven(self) -> list[float]:
+        """Metres driven up to each of `speeds`."""
+        return list(accumulate(TICK * speed for speed in self.speeds))
 
     def drive_way(
         self,

@@ -343,3 +343,11 @@ def test_a_robot_that_hears_nothing_new_keeps_nothing_of_it(localizer):
     for _ in range(2 * MOST_TICKS + 7):
         localizer.sense(np.full(24, np.inf), 0, still=True, striper=beams)
     assert localizer._readings.ticks == 7
+
+
+def test_of_its_way_a_robot_that_is_not_lost_keeps_nothing(localizer):
+    localizer.place((7.57, 20.0, NORTH))
+    kept = freeze(localizer._rings)
+    drive_north(localizer, 7.57, 20.0, 9.0)
+    assert not localizer.lost
+    assert freeze(localizer._rings) == kept
