@@ -268,6 +268,8 @@ class PomdpLocalizer:
             self._enter()
         if (found := self._search.go_on()) is not None:
             self._take(found, ranges)
+        if not self.lost:
+            self._search.forget()
 
     def _read(self, *, still: bool) -> None:
         """Track by what was heard since the last time."""

@@ -81,6 +81,10 @@ class Search:
         self._finalists: Indices = np.empty(0, dtype=np.intp)
         self._done, self._fine = 0, False
 
+    def forget(self) -> None:
+        """Keep no more what is to be heard in cells: the robot is not lost any more."""
+        self._around.clear()
+
     @property
     def busy(self) -> bool:
         """Whether a search goes on."""

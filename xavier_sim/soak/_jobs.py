@@ -6,7 +6,8 @@ import statistics
 from collections import Counter
 from collections.abc import Iterable
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import TypeAdapter
+from pydantic.dataclasses import dataclass
 
 from xavier_sim.soak._postmortem import PostMortem
 from xavier_sim.soak._way import Way
@@ -24,7 +25,8 @@ BLOCKED_REASONS = frozenset({"door_blocked", "corridor_blocked", "no_route"})
 """What a drive may fail with where the doors left no way for some of its time."""
 
 
-class Job(BaseModel):
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Job:
     """One errand: metres, seconds, and what came of it.
 
     ``reason`` is None for a reported arrival, ``off`` then the metres from the place of the room;
@@ -34,9 +36,9 @@ class Job(BaseModel):
     contacts in which the robot came towards somebody faster than 0.1 m/s, ``walked_into`` those in
     which it did not: somebody came to it. ``bumps`` are all contacts. ``post_mortem`` has the facts
     about one that `went_wrong`.
-    """
 
-    model_config = ConfigDict(frozen=True)
+    No model, which would take four times the memory: a soak of days keeps all of them.
+    """
 
     number: int
     began: float
@@ -83,6 +85,10 @@ class Job(BaseModel):
     def outcome(self) -> str:
         """``arrived``, ``elsewhere``, or the reason of the failure."""
         return self.reason or ("arrived" if self.arrived else "elsewhere")
+
+
+JOBS: TypeAdapter[list[Job]] = TypeAdapter(list[Job])
+"""To and from what JSON holds."""
 
 
 def outcomes(jobs: Iterable[Job]) -> dict[str, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from xavier_sim.soak._histogram import Histogram
-from xavier_sim.soak._jobs import Job
+from xavier_sim.soak._jobs import JOBS, Job
 
 ERROR_BIN, ERROR_BINS = 0.01, 1000
 """Metres of a bin of position errors, up to ten."""
@@ -46,7 +46,7 @@ class Tally:
     def snapshot(self) -> dict[str, Any]:
         """What `restore` needs."""
         return {
-            "jobs": [job.model_dump(mode="json") for job in self.jobs],
+            "jobs": JOBS.dump_python(self.jobs, mode="json"),
             "rescues": self.rescues,
             "door_moves": self.door_moves,
             "faults": self.faults,
@@ -56,7 +56,7 @@ class Tally:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go back to a snapshot."""
-        self.jobs = [Job.model_validate(job) for job in state["jobs"]]
+        self.jobs = JOBS.validate_python(state["jobs"])
         self.rescues, self.door_moves = state["rescues"], state["door_moves"]
         # Checkpoints from before faults were counted have none.
         self.faults = state.get("faults", 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from xavier_sim.profile import TICK
@@ -174,7 +175,7 @@ class Watch:
             blamed=_blamed(reason, report),
             tick=seen.tick,
         )
-        return job.model_copy(update={"post_mortem": facts})
+        return replace(job, post_mortem=facts)
 
     def _job(self, reason: str | None, report: DriveReport, seen: Seen) -> Job:
         before = self._before
