@@ -56,7 +56,8 @@ class ExpectedRanges:
         self._origin = lows.min(axis=0) - 1.0
         tiles = np.ceil((highs.max(axis=0) + 1.0 - self._origin) / (CELL * TILE)).astype(int)
         self._columns, self._rows = (tiles * TILE).tolist()
-        self._table: Codes = np.zeros((self._columns, self._rows, DIRECTIONS), dtype=np.uint16)
+        # Not `zeros`, which the system hands out by and by: a robot would seem to leak for days.
+        self._table: Codes = np.full((self._columns, self._rows, DIRECTIONS), 0, dtype=np.uint16)
         self.filled = 0
 
     def at(self, x: Floats, y: Floats, direction: Floats) -> tuple[Floats, Floats]:
