@@ -84,9 +84,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--bus", action="store_true", help="the plain run with all processes too")
     flags = parser.parse_args()
     if flags.faults == []:
-        flags.faults = [
-            kind for kind in FAULT_KINDS if kind != "laser" or flags.profile != "xavier"
-        ]
+        flags.faults = list(FAULT_KINDS)
     if flags.localizers == []:
         flags.localizers = LOCALIZERS
     return flags

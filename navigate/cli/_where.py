@@ -26,7 +26,7 @@ async def where(
         svg: Draw it into this file: the floor, belief, way, goal and sonar, and beside it how
             things really stand, where a simulator tells that.
         watch: Go on, and show it again as it changes, until stopped: as a picture in the
-            terminal, or in the file. With --json the belief, one object a line.
+            terminal, or in the file. With --json all of the outlook, one object a line.
         flags: Shared flags.
     """
     async with Module(client_name(), options=bus_options(flags)) as module:
