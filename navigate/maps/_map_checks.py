@@ -6,12 +6,12 @@ from collections import defaultdict, deque
 from collections.abc import Iterable
 from itertools import combinations
 
-from navigate.maps._walls import doorway, map_passages
-from tca_bus import did_you_mean
-from xavier_sim.messages import Corner, Door, FloorPlan, Space, SpaceKind
-
-SLACK = 0.3
-"""Metres by which what was surveyed may be off: more is no error of measuring."""
+from navigate.maps._door_checks import check_doors, check_gaps
+from navigate.maps._faults import SLACK, fault
+from navigate.maps._floor import inset, is_room
+from navigate.maps._place_checks import ROBOT_WIDTH, check_places, check_room, check_start
+from navigate.maps._walls import map_passages
+from xavier_sim.messages import FloorPlan, Space
 
 FARTHEST = 10_000.0
 """No corner of a space is farther from 0 than this along an axis, metres."""
@@ -19,9 +19,6 @@ FARTHEST = 10_000.0
 MOST_AREA = 100_000.0
 """Square metres of the rectangle round all spaces: what is expected to be heard and seen on a floor
 is kept for every ten centimetres of it."""
-
-LEAST_DOOR = 0.61
-"""Metres of the robot's width: it passes no door that is as narrow."""
 
 LEAST_SPACE = 0.7
 """Metres along the shorter side of a space below which no robot stands in it."""
@@ -34,19 +31,15 @@ def check_plan(plan: FloorPlan) -> list[str]:
         *_check_names(plan),
         *_check_sizes(plan),
         *_check_overlaps(plan.spaces),
-        *_check_doors(plan, spaces),
-        *_check_places(plan, spaces),
-        *_check_start(plan),
+        *check_doors(plan.doors, spaces),
+        *check_places(plan, spaces),
+        *check_start(plan),
     ]
-    return problems or _check_ways(plan)
-
-
-def contains(space: Space, point: Corner, *, slack: float = 0.0) -> bool:
-    """Whether ``point`` lies in the rectangle of ``space``, give or take ``slack`` metres."""
-    return (
-        space.low.x - slack <= point.x <= space.high.x + slack
-        and space.low.y - slack <= point.y <= space.high.y + slack
-    )
+    return problems or [
+        *check_gaps(plan.doors, spaces),
+        *check_room(plan),
+        *_check_ways(plan),
+    ]
 
 
 def _check_names(plan: FloorPlan) -> list[str]:
@@ -56,21 +49,29 @@ def _check_names(plan: FloorPlan) -> list[str]:
         ("door", [door.name for door in plan.doors]),
     ):
         twice = sorted({name for name in names if names.count(name) > 1})
-        problems += [f"{kind} {name!r} is there more than once" for name in twice]
-    return problems if plan.spaces else ["there are no spaces"]
+        expected = "a name that is used only once"
+        problems += [fault(f"name of a {kind}", name, expected) for name in twice]
+    return problems if plan.spaces else [fault("number of spaces", 0, "1 or more")]
 
 
 def _check_sizes(plan: FloorPlan) -> list[str]:
     far = [
-        f"space {space.name!r} reaches {_farthest(space):g} m from 0, expected {FARTHEST:g} at most"
+        fault(f"corner of space {space.name!r}", f"{away:g} m from 0", f"{FARTHEST:g} m at most")
         for space in plan.spaces
-        if _farthest(space) > FARTHEST
+        if (away := _farthest(space)) > FARTHEST
     ]
     return (far or _check_extent(plan)) + [
-        f"space {space.name!r}: low must lie below and left of high, and be {LEAST_SPACE} m away "
-        "or more"
+        fault(
+            f"extent of space {space.name!r} in {axis} ({low:g} to {high:g})",
+            f"{high - low:g}",
+            f"{LEAST_SPACE} m or more",
+        )
         for space in plan.spaces
-        if min(space.high.x - space.low.x, space.high.y - space.low.y) < LEAST_SPACE
+        for axis, low, high in (
+            ("x", space.low.x, space.high.x),
+            ("y", space.low.y, space.high.y),
+        )
+        if high - low < LEAST_SPACE
     ]
 
 
@@ -80,7 +81,7 @@ def _check_extent(plan: FloorPlan) -> list[str]:
     tall = max((at.y for at in highs), default=0.0) - min((at.y for at in lows), default=0.0)
     if wide * tall <= MOST_AREA:
         return []
-    return [f"the floor spans {wide:g} m x {tall:g} m, expected {MOST_AREA:g} m² at most"]
+    return [fault("extent of the floor", f"{wide:g} m x {tall:g} m", f"{MOST_AREA:g} m² at most")]
 
 
 def _farthest(space: Space) -> float:
@@ -93,76 +94,29 @@ def _check_overlaps(spaces: Iterable[Space]) -> list[str]:
     for one, other in combinations(spaces, 2):
         wide = min(one.high.x, other.high.x) - max(one.low.x, other.low.x)
         high = min(one.high.y, other.high.y) - max(one.low.y, other.low.y)
-        if min(wide, high) > SLACK and SpaceKind.ROOM in {one.kind, other.kind}:
-            problems.append(
-                f"the walls of {one.name!r} and {other.name!r} cross: the two overlap by "
-                f"{wide:.2f} m x {high:.2f} m"
-            )
+        if min(wide, high) > SLACK and (is_room(one) or is_room(other)):
+            item = f"overlap of spaces {one.name!r} and {other.name!r}"
+            expected = f"walls that do not cross by more than {SLACK} m"
+            problems.append(fault(item, f"{wide:.2f} m x {high:.2f} m", expected))
     return problems
-
-
-def _check_doors(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:
-    problems = []
-    for door in plan.doors:
-        one, other = door.between
-        unknown = [name for name in door.between if name not in spaces]
-        problems += [
-            f"door {door.name!r} leads to unknown space {name!r}.{did_you_mean(name, spaces)}"
-            for name in unknown
-        ]
-        if one == other:
-            problems.append(f"door {door.name!r} leads from {one!r} to itself")
-        elif not unknown and not all(
-            contains(spaces[name], door.at, slack=SLACK) for name in door.between
-        ):
-            problems.append(f"door {door.name!r} is in no wall between {one!r} and {other!r}")
-        elif not unknown and not _fits_wall(door, spaces):
-            problems.append(
-                f"door {door.name!r}, {door.width:g} m wide, reaches beyond the wall "
-                f"between {one!r} and {other!r}"
-            )
-    return problems
-
-
-def _fits_wall(door: Door, spaces: dict[str, Space]) -> bool:
-    """Whether both ends of a door are where both of its spaces are."""
-    ends = (Corner(x=x, y=y) for x, y in doorway(door, spaces).jambs)
-    return all(contains(spaces[name], end, slack=SLACK) for end in ends for name in door.between)
-
-
-def _check_places(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:
-    problems = []
-    for room, point in plan.places.items():
-        if room not in spaces:
-            problems.append(f"place {room!r} is in no space.{did_you_mean(room, spaces)}")
-        elif not contains(spaces[room], point, slack=SLACK):
-            problems.append(f"the place of {room!r} lies outside of it")
-    return problems
-
-
-def _check_start(plan: FloorPlan) -> list[str]:
-    if any(contains(space, plan.start) for space in plan.spaces):
-        return []
-    return [f"start ({plan.start.x:g}, {plan.start.y:g}) lies in no space"]
 
 
 def _check_ways(plan: FloorPlan) -> list[str]:
     """Spaces to which neither doors nor open floor lead from the start."""
     ways = defaultdict[str, set[str]](set)
     for passage in map_passages(plan):
-        if passage.door and passage.width <= LEAST_DOOR:
+        if passage.door and passage.width <= ROBOT_WIDTH:
             continue
         one, other = passage.spaces
         ways[one].add(other)
         ways[other].add(one)
-    start = next(space.name for space in plan.spaces if contains(space, plan.start))
+    x, y = plan.start.x, plan.start.y
+    start = next(space.name for space in plan.spaces if inset(space, x, y) >= 0.0)
     reached, ahead = {start}, deque([start])
     while ahead:
         new = ways[ahead.popleft()] - reached
         reached |= new
         ahead.extend(sorted(new))
     cut_off = [space.name for space in plan.spaces if space.name not in reached]
-    return [
-        f"nobody can reach {name!r} from {start!r}: no door that it fits through leads there"
-        for name in cut_off
-    ]
+    expected = f"a door wider than {ROBOT_WIDTH} m, or open floor, on the way from {start!r}"
+    return [fault(f"way to {name!r}", "none", expected) for name in cut_off]
