@@ -199,6 +199,17 @@ def test_an_unknown_localizer_is_explained():
         SoakRun(options)
 
 
+def test_what_came_of_doors_is_on_the_terminal_and_in_the_document(capsys):
+    what = ("--map", FLOOR, "--navigator", STANDING, "--doors", "1", "--shut", "0")
+    command("--hours", "0.0005", *what)
+    out, _ = capsys.readouterr()
+    assert re.search(r"^of all: given up +(\d+) of \1 \(100\.00 %\)", out, re.MULTILINE)
+    command("--hours", "0.0005", *what, "--json")
+    doors = json.loads(capsys.readouterr().out)["doors"]
+    assert doors["drives"] == doors["stuck"] == doors["given_up"] >= 1
+    assert (doors["stuck_share"], doors["recovered_share"], doors["given_up_share"]) == (1, 0, 1)
+
+
 def test_doors_can_be_tried_in_turn():
     run = SoakRun(SoakOptions(**{**IDLE, "doors_in_and_out": 2}))
     goals = [job.goal for job in run.jobs(1.0)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -15,6 +16,7 @@ from test_soak_postmortem import facts_of
 from xavier_sim.soak import Outcome, SoakOptions, explain, report, together
 from xavier_sim.soak._charts import Axis, bars, columns, curves, nice_step, plan_view, points
 from xavier_sim.soak._cost import Cost
+from xavier_sim.soak._door_rates import door_rates
 from xavier_sim.soak._figure_rows import figure_rows
 from xavier_sim.soak._tally import Tally
 
@@ -149,15 +151,48 @@ def test_doors_are_summed_up_and_told_one_by_one():
         job_of(number=1, recoveries=2, reason="door_blocked"),
         job_of(number=2, goal="r-3"),
         job_of(number=3, goal="r-3", way="shut", reason="door_blocked"),
+        job_of(number=4, goal="before r-3", bumps=1),
+        job_of(number=5, goal="before r-3", recoveries=1, off=0.7),
     ]
     _, text = page(jobs)
     doors = text.split("Rooms and their doors")[1].split("</table>")[0]
     rows = [re.findall(r"<td>(.*?)</td>", line) for line in doors.splitlines() if "<td>" in line]
     assert rows == [
-        ["all", "3", "2", "2", "1", "1", "1", "0"],
-        ["r-2", "2", "1", "2", "1", "1", "0", "0"],
-        ["r-3", "1", "1", "0", "0", "0", "1", "0"],
+        ["all", "5", "3", "3", "60.00", "1", "33.33", "1", "20.00", "1", "1"],
+        ["r-2", "2", "1", "2", "100.00", "1", "50.00", "1", "50.00", "0", "0"],
+        ["r-3", "3", "2", "1", "33.33", "0", "0.00", "0", "0.00", "1", "1"],
     ]
+
+
+def test_a_drive_that_is_given_up_at_the_first_trouble_was_stuck():
+    rates = door_rates([job_of(reason="door_blocked"), job_of(), job_of(way="changing")])
+    assert (rates.drives, rates.completed) == (2, 1)
+    assert (rates.stuck, rates.recovered, rates.given_up) == (1, 0, 1)
+    assert (rates.stuck_share, rates.recovered_share, rates.given_up_share) == (0.5, 0.0, 0.5)
+    nothing = door_rates([])
+    assert nothing.stuck_share is nothing.recovered_share is nothing.given_up_share is None
+
+
+def test_door_rates_are_figures_of_errands_in_and_out_only():
+    jobs = [job_of(recoveries=1), job_of(number=1, goal="before r-2")]
+    plain = outcome_of(jobs)
+    tried = replace(plain, options=plain.options.model_copy(update={"doors_in_and_out": 1}))
+    assert plain.summary().doors is None
+    total, _ = together([tried, tried])
+    assert (total.doors.drives, total.doors.stuck, total.doors.stuck_share) == (4, 2, 0.5)
+    rows = figure_rows([tried.summary(), total, plain.summary()])
+    assert rows[-4:] == [
+        ("drives through doors that were open", "2", "4", ""),
+        (
+            "of those: stuck, there or elsewhere on the drive",
+            "1 of 2 (50.00 %)",
+            "2 of 4 (50.00 %)",
+            "",
+        ),
+        ("of the stuck: recovered and arrived", "1 of 1 (100.00 %)", "2 of 2 (100.00 %)", ""),
+        ("of all: given up", "0 of 2 (0.00 %)", "0 of 4 (0.00 %)", ""),
+    ]
+    assert len(figure_rows([plain.summary()])) == len(rows) - 4
 
 
 def test_places_are_drawn_to_scale():

@@ -12,6 +12,7 @@ from xavier_sim.soak._contract import (
 )
 from xavier_sim.soak._cost import Cost
 from xavier_sim.soak._course import Course
+from xavier_sim.soak._door_rates import DoorRates
 from xavier_sim.soak._doors import DoorKeeper, DoorMove
 from xavier_sim.soak._errands import Goal
 from xavier_sim.soak._explaining import explain
@@ -51,6 +52,7 @@ __all__ = [
     "Course",
     "DoorKeeper",
     "DoorMove",
+    "DoorRates",
     "DriveReport",
     "DriveUnderWay",
     "Explained",

@@ -11,6 +11,9 @@ from xavier_sim.noise import restore_stream, stream, stream_state
 BEFORE_DOOR = 1.2
 """Metres before a door, on the middle of its opening, to which the robot drives out."""
 
+OUTSIDE = "before "
+"""What the name of such a goal begins with; the name of its room follows."""
+
 FEWEST_PLACES = 2
 """Places that errands between places need."""
 
@@ -22,6 +25,11 @@ class Goal(NamedTuple):
     x: float
     y: float
     space: str
+
+
+def room_of(goal: str) -> str:
+    """The room that a goal of that name lies in or, by the door, before."""
+    return goal.removeprefix(OUTSIDE)
 
 
 class Errands(Protocol):
@@ -107,4 +115,4 @@ def _outside(plan: FloorPlan, door: Door, room: str) -> Goal:
     x = at.x + (BEFORE_DOOR if away_x > 0 else -BEFORE_DOOR) * along_x
     y = at.y + (BEFORE_DOOR if away_y > 0 else -BEFORE_DOOR) * (not along_x)
     other = next(name for name in door.between if name != room)
-    return Goal(f"before {room}", x, y, other)
+    return Goal(f"{OUTSIDE}{room}", x, y, other)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from xavier_sim.soak._door_rates import DoorRates
 from xavier_sim.soak._summary import Figures, Rate, Spread
 
 STRUCK = "times that the fault struck"
@@ -14,7 +15,32 @@ def figure_rows(columns: Sequence[Figures]) -> list[tuple[str, ...]]:
     """Every figure with its name, and what it is in each of the columns."""
     cells = [_cells(one) for one in columns]
     rows = [(name, *(one[name] for one in cells)) for name in (cells[0] if cells else ())]
-    return [row for row in rows if row[0] != STRUCK or any(one.faults for one in columns)]
+    rows = [row for row in rows if row[0] != STRUCK or any(one.faults for one in columns)]
+    return rows + _door_rows(columns)
+
+
+def _door_rows(columns: Sequence[Figures]) -> list[tuple[str, ...]]:
+    """What came of the drives through doors, where errands were those."""
+    if not any(one.doors for one in columns):
+        return []
+    names = (
+        "drives through doors that were open",
+        "of those: stuck, there or elsewhere on the drive",
+        "of the stuck: recovered and arrived",
+        "of all: given up",
+    )
+    return list(zip(names, *(_door_cells(one.doors) for one in columns), strict=True))
+
+
+def _door_cells(doors: DoorRates | None) -> tuple[str, ...]:
+    if doors is None:
+        return ("",) * 4
+    return (
+        str(doors.drives),
+        _part(doors.stuck, doors.drives, doors.stuck_share),
+        _part(doors.recovered, doors.stuck, doors.recovered_share),
+        _part(doors.given_up, doors.drives, doors.given_up_share),
+    )
 
 
 def reason_rows(columns: Sequence[Figures]) -> list[tuple[str, ...]]:
@@ -53,8 +79,12 @@ def _cells(figures: Figures) -> dict[str, str]:
 
 
 def _rate(rate: Rate) -> str:
-    share = f" ({100 * rate.share:.2f} %)" if rate.share is not None else ""
-    return f"{rate.right} of {rate.jobs}{share}"
+    return _part(rate.right, rate.jobs, rate.share)
+
+
+def _part(some: int, of_all: int, share: float | None) -> str:
+    shown = f" ({100 * share:.2f} %)" if share is not None else ""
+    return f"{some} of {of_all}{shown}"
 
 
 def _spread(spread: Spread) -> str:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
+from xavier_sim.soak._door_rates import by_door, door_rates
 from xavier_sim.soak._figure_rows import figure_rows
 from xavier_sim.soak._jobs import Job
 from xavier_sim.soak._plots import plots
 from xavier_sim.soak._summary import Figures, Outcome, together
-from xavier_sim.soak._way import Way
 
 MOST_ROWS = 500
 """Jobs that the list of failures shows at most."""
@@ -30,7 +29,8 @@ tr.sum td { font-weight: bold; }
 """
 
 DOOR_HEAD = (
-    "goal", "jobs", "completed", "stuck", "recovered", "given up", "door shut", "bumps",
+    "room", "drives", "completed", "stuck", "% of drives", "recovered", "% of stuck", "given up",
+    "% of drives", "door shut", "bumps",
 )  # fmt: skip
 WRONG_HEAD = (
     "seed", "job", "hour", "from", "to", "way", "ended", "at x, m", "at y, m", "s", "m", "off, m",
@@ -48,8 +48,10 @@ EXPLAINED = (
 )
 
 DOORS = (
-    "Of the jobs whose way was open at all times: <i>stuck</i> met trouble and had to recover, "
-    "<i>recovered</i> arrived all the same, <i>given up</i> ended with a reason instead."
+    "Of the drives into each room, and out of it where they were tried, whose way was open at all "
+    "times: on those that are <i>stuck</i> the robot met trouble, in the door or elsewhere on the "
+    "drive, <i>recovered</i> are those of them that arrived all the same, and <i>given up</i> "
+    "those that ended with a reason instead."
 )
 
 Row = Sequence[object]
@@ -98,28 +100,31 @@ def _figures(outcomes: Sequence[Outcome]) -> str:
 
 
 def _doors(jobs: Sequence[Job]) -> Iterator[Row]:
-    """All goals together, then each."""
-    by_goal = defaultdict[str, list[Job]](list)
-    for job in jobs:
-        by_goal[job.goal].append(job)
+    """All doors together, then each, in and out."""
     yield _door("all", jobs)
-    for goal in sorted(by_goal):
-        yield _door(goal, by_goal[goal])
+    for room, its in by_door(jobs).items():
+        yield _door(room, its)
 
 
-def _door(goal: str, jobs: Sequence[Job]) -> Row:
-    tried = [job for job in jobs if job.way is Way.OPEN]
-    stuck = [job for job in tried if job.recoveries]
+def _door(room: str, jobs: Sequence[Job]) -> Row:
+    rates = door_rates(jobs)
     return (
-        goal,
-        len(tried),
-        sum(job.arrived for job in tried),
-        len(stuck),
-        sum(job.arrived for job in stuck),
-        sum(job.reason is not None for job in tried),
-        len(jobs) - len(tried),
+        room,
+        rates.drives,
+        rates.completed,
+        rates.stuck,
+        _percent(rates.stuck_share),
+        rates.recovered,
+        _percent(rates.recovered_share),
+        rates.given_up,
+        _percent(rates.given_up_share),
+        len(jobs) - rates.drives,
         sum(job.bumps for job in jobs),
     )
+
+
+def _percent(share: float | None) -> str | None:
+    return None if share is None else f"{100 * share:.2f}"
 
 
 def _wrong(outcome: Outcome) -> list[Row]:

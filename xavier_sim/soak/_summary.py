@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pydantic import BaseModel, ConfigDict
 
 from xavier_sim.soak._cost import Cost
+from xavier_sim.soak._door_rates import DoorRates, door_rates
 from xavier_sim.soak._explaining import explain
 from xavier_sim.soak._histogram import Histogram
 from xavier_sim.soak._jobs import Job, median_speed, outcomes
@@ -49,7 +50,8 @@ class Figures(BaseModel):
     ``unreachable`` those to which they left none, right when given up for that; ``changing`` the
     rest, right either way. ``bumps`` are all contacts; ``people_hit`` those in which the robot came
     towards somebody faster than 0.1 m/s, ``walked_into`` those in which somebody came to it.
-    ``faults`` is how often the fault of the options struck, once if it is one that lasts.
+    ``faults`` is how often the fault of the options struck, once if it is one that lasts. ``doors``
+    are there for errands in and out of every room.
 
     Times are simulated seconds but for ``wall_seconds`` and ``cpu_seconds``; ``real_time_factor``
     is by the wall, ``cpu_time_factor`` by processor time. Distances are metres, speeds metres per
@@ -86,6 +88,7 @@ class Figures(BaseModel):
     wall_seconds: float
     cpu_seconds: float
     memory_mb: tuple[float, float]
+    doors: DoorRates | None = None
 
 
 class Explained(BaseModel):
@@ -136,13 +139,18 @@ class Outcome:
 
     def summary(self) -> Summary:
         """Its figures."""
-        figures = _figures(self.tally, self.seconds, self.cost)
+        figures = _figures(self.tally, self.seconds, self.cost, tries_doors=self.tries_doors)
         return Summary(
             **dict(figures),
             options=self.options,
             navigator_settings=self.navigator_settings,
             failures=self.failures(),
         )
+
+    @property
+    def tries_doors(self) -> bool:
+        """Whether its errands went in and out of every room."""
+        return self.options.doors_in_and_out > 0
 
     @property
     def navigator_settings(self) -> dict[str, str]:
@@ -160,10 +168,12 @@ def together(outcomes: Sequence[Outcome]) -> tuple[Figures, Tally]:
     for one in outcomes:
         tally.add_all(one.tally)
         cost += one.cost
-    return _figures(tally, sum(one.seconds for one in outcomes), cost), tally
+    seconds = sum(one.seconds for one in outcomes)
+    tries_doors = any(one.tries_doors for one in outcomes)
+    return _figures(tally, seconds, cost, tries_doors=tries_doors), tally
 
 
-def _figures(tally: Tally, seconds: float, cost: Cost) -> Figures:
+def _figures(tally: Tally, seconds: float, cost: Cost, *, tries_doors: bool) -> Figures:
     jobs, completed = tally.jobs, [job for job in tally.jobs if job.arrived]
     km = sum(job.metres for job in jobs) / 1000.0
     return Figures(
@@ -194,6 +204,7 @@ def _figures(tally: Tally, seconds: float, cost: Cost) -> Figures:
         wall_seconds=round(cost.wall, 1),
         cpu_seconds=round(cost.cpu, 1),
         memory_mb=(round(cost.memory_early, 1), round(cost.memory, 1)),
+        doors=door_rates(jobs) if tries_doors else None,
     )
 
 
