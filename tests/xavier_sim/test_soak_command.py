@@ -12,7 +12,7 @@ from cyclopts import CycloptsError
 from tca_bus import ConfigError, TcaError
 from xavier_sim.cli import app
 from xavier_sim.cli._soak_crew import Task, run_crew
-from xavier_sim.cli._soak_flags import parse_seeds
+from xavier_sim.cli._soak_flags import ErrandFlags, parse_seeds
 from xavier_sim.snapshots import SnapshotError
 from xavier_sim.soak import NavigatorError, SoakOptions, SoakRun, Summary, Totals
 
@@ -191,6 +191,22 @@ def test_options_that_a_navigator_does_not_take_are_named():
     options = SoakOptions(**{**IDLE, "navigator_options": {"localizer": "particles"}})
     with pytest.raises(NavigatorError, match=r"takes no such options: .*localizer"):
         SoakRun(options)
+
+
+@pytest.mark.parametrize("flag", ["--localizer", "--policy"])
+def test_a_navigator_that_has_no_such_choice_is_named(flag):
+    with pytest.raises(NavigatorError, match=rf"Sleeper' takes no such options: .*{flag[2:]}"):
+        command("--hours", "1", "--map", FLOOR, "--navigator", STANDING, flag, "qmdp")
+
+
+def test_how_a_lost_robot_picks_its_way_is_handed_on_where_it_is_given(capsys):
+    assert ErrandFlags().options(0).navigator_options == {}
+    command("--hours", "0.0005", "--map", FLOOR, "--policy", "qmdp", "--json")
+    summary = Summary.model_validate_json(capsys.readouterr().out)
+    assert summary.options.navigator_options == {"policy": "qmdp"}
+    assert summary.navigator_settings == {"localizer": "pomdp", "policy": "qmdp"}
+    with pytest.raises(TcaError, match="policy 'vote' is none of mls, qmdp, voting"):
+        command("--hours", "1", "--map", FLOOR, "--policy", "vote")
 
 
 def test_an_unknown_localizer_is_explained():

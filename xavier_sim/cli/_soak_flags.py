@@ -41,6 +41,9 @@ class ErrandFlags:
     localizer: str | None = None
     """What tells the navigator where it is, if it has a choice: for navigate "pomdp", its default,
     "particles" or "odometry"."""
+    policy: str | None = None
+    """How the navigator picks a lost robot's way, if it has a choice: for navigate with its POMDP
+    "voting", its default, "mls" or "qmdp"."""
     sigma: Annotated[float, Parameter(validator=Number(gte=0.0, lte=0.2))] = 0.03
     """Standard deviation of the errors in the navigator's map, metres."""
     shut: Share = 0.1
@@ -63,13 +66,18 @@ class ErrandFlags:
             carts=self.carts,
             fault=self.fault,
             navigator=self.navigator,
-            navigator_options={"localizer": self.localizer} if self.localizer else {},
+            navigator_options=self._navigator_options(),
             survey_sigma=self.sigma,
             shut_share=self.shut,
             door_moves_per_hour=self.door_moves,
             doors_in_and_out=self.doors,
             rays=self.rays,
         )
+
+    def _navigator_options(self) -> dict[str, str]:
+        """What is handed on to the navigator: what was given."""
+        choices = {"localizer": self.localizer, "policy": self.policy}
+        return {name: choice for name, choice in choices.items() if choice}
 
 
 DEFAULT_ERRANDS = ErrandFlags()
