@@ -10,6 +10,7 @@ from navigate.maps import Floor, load_plan
 from navigate.navigator import Navigator
 from xavier_sim.floors import load_floor
 from xavier_sim.messages import Corner, FloorPlan, Space, SpaceKind
+from xavier_sim.profile import XAVIER, RobotProfile
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
@@ -23,8 +24,15 @@ def true_plan() -> FloorPlan:
 class Loop:
     """A world and a navigator that drives in it."""
 
-    def __init__(self, seed: int = 0, plan: FloorPlan | None = None, *, people: int = 0) -> None:
-        self.world = World(plan or true_plan(), seed, people=people)
+    def __init__(
+        self,
+        seed: int = 0,
+        plan: FloorPlan | None = None,
+        *,
+        people: int = 0,
+        profile: RobotProfile = XAVIER,
+    ) -> None:
+        self.world = World(plan or true_plan(), seed, profile, people=people)
         self.robot = RobotState(self.world, SimClock(EPOCH), speed=None)
         self.navigator = Navigator(Floor(load_plan()), seed=seed)
         self.sensors = self.robot.sensors()
