@@ -171,6 +171,7 @@ class Driver:
         return None
 
     def _run(self, drive: Drive, view: View) -> Manoeuvre[None]:
+        self._check_goal(drive)
         trouble: Trouble | None = None
         while True:
             try:
@@ -263,6 +264,17 @@ class Driver:
             openings=[mouth.jambs for mouth in mouths if not mouth.door],
             beside=(space for space in beside if not is_room(space)),
         )
+
+    def _check_goal(self, drive: Drive) -> None:
+        """A lost robot plans no way, but need not look for itself to know that there is none.
+
+        Raises:
+            GoalFailedError: the robot could not stand at the goal.
+        """
+        try:
+            self._planner.check_goal(drive.goal)
+        except NoRouteError as error:
+            raise _no_way(drive, error) from error
 
     def _plan(self, drive: Drive, view: View) -> list[Step]:
         """A way to the goal; for want of a free one, one through what was found blocked before.

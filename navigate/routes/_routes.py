@@ -113,10 +113,7 @@ class Planner:
         Raises:
             NoRouteError: ``goal`` lies in no free space, or every way there is blocked.
         """
-        if self.floor.space_at(*goal) is None:
-            raise NoRouteError(goal, "that lies in no space of the floor")
-        if not self.floor.free(*goal, clearance=0.2):
-            raise NoRouteError(goal, "there is no room for the robot")
+        self.check_goal(goal)
         blocked = hindrances or Hindrances()
         if self.is_direct(start, goal, blocked):
             return [_step(start, goal, self.floor.space_nearest(*goal).name)]
@@ -125,9 +122,24 @@ class Planner:
             raise NoRouteError(goal, _why(blocked))
         return steps
 
+    def check_goal(self, goal: Point) -> None:
+        """Make sure that the robot could stand at a point at all, wherever it is now.
+
+        Raises:
+            NoRouteError: it lies in no free space.
+        """
+        if self.floor.space_at(*goal) is None:
+            raise NoRouteError(goal, "that lies in no space of the floor")
+        if not self.floor.free(*goal, clearance=0.2):
+            raise NoRouteError(goal, "there is no room for the robot")
+
     def is_reachable(self, goal: Point) -> bool:
         """Whether the robot could stand at a point at all."""
-        return self.floor.space_at(*goal) is not None and self.floor.free(*goal, clearance=0.2)
+        try:
+            self.check_goal(goal)
+        except NoRouteError:
+            return False
+        return True
 
     def is_direct(self, start: Point, goal: Point, blocked: Hindrances) -> bool:
         """Whether the way is straight, within one space, and nothing is in it."""

@@ -15,7 +15,7 @@ from navigate.messages import (
     StopDriving,
 )
 from navigate.navigator import Navigator
-from navigate.routes import show_point
+from navigate.routes import NoRouteError, show_point
 from navigate.service._helm import SENSOR_SECONDS, Helm, SilentRobotError
 from navigate.service._intake import Kind
 from navigate.service._sparing import Sparing
@@ -54,6 +54,7 @@ class GoalDesk:
 
     async def _on_goal(self, goal: NavigateToGoal, context: TaskContext) -> NavigationReport:
         point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
+        await self._check_on_map(point)
         sensors = await self._first_sensors(point)
         self._ended.clear()
         self._task = context.id
@@ -70,6 +71,21 @@ class GoalDesk:
             await self._teller.ended()
         await self._helm.until_told()
         return self._ending(errand, point)
+
+    async def _check_on_map(self, point: Point) -> None:
+        """Make sure of what needs no robot.
+
+        Raises:
+            TaskError: ``no_route``, no robot could stand at the point.
+        """
+        try:
+            self._navigator.planner.check_goal(point)
+        except NoRouteError as error:
+            await self._helm.until_told()
+            text = f"did not get to {self._name(point)}: {error}"
+            log.warning("%s (%s)", text, NavigationFailure.NO_ROUTE)
+            drive = self._not_begun(point)
+            raise self._failed(drive, NavigationFailure.NO_ROUTE, text) from error
 
     async def _first_sensors(self, point: Point) -> Sensors:
         """What the robot senses, once it does.

@@ -19,6 +19,7 @@ from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
 from navigate.messages import (
     NavigateToGoal,
+    NavigationReport,
     PlanRoute,
     PlanRoutes,
     Rooms,
@@ -30,9 +31,10 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.service import NavigateService, _keeper
+from navigate.service._helm import SENSOR_SECONDS
 from navigate.service._map_desk import MapDesk
 from tca_bus import HandlerFailedError, KilledError, Module, TaskFailedError
-from tca_bus.testing import bus, eventually
+from tca_bus.testing import bus, central, eventually
 from xavier_sim.messages import Drive, MoveDoor, Sensors, WhereReally
 
 pytestmark = pytest.mark.bus
@@ -64,6 +66,19 @@ async def test_failures_cross_the_bus_with_their_name_and_report():
             await blocked.result(timeout=40)
         assert caught.value.failure.name == "door_blocked"
         assert caught.value.failure.data["metres"] > 5
+
+
+async def test_a_goal_off_the_map_needs_no_robot_to_fail():
+    async with bus() as options, central(options):
+        service = NavigateService(Navigator(Floor(load_plan())), options)
+        asker = Module("asker", options=options)
+        async with asker, running(service.run()):
+            outside = await asker.expand(NavigateToGoal(x=-9000.0, y=0.0), wait_for_handler=10)
+            with pytest.raises(TaskFailedError, match=r"did not get to .*: no route to") as caught:
+                await outside.result(timeout=SENSOR_SECONDS / 2)
+    assert caught.value.failure.name == "no_route"
+    report = NavigationReport.model_validate(caught.value.failure.data)
+    assert (report.outcome, report.recoveries, report.position.heard) == ("no_route", 0, False)
 
 
 async def test_a_killed_goal_stops_the_robot():

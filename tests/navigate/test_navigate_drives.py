@@ -149,10 +149,17 @@ def test_a_floor_blocked_off_fails_as_such():
     assert loop.navigator.wheels == STOP
 
 
-def test_a_point_outside_has_no_route_at_once():
+@pytest.mark.parametrize("lost", [False, True])
+@pytest.mark.parametrize("goal", [(-100.0, 0.0), (4.05, 9.0)])
+def test_a_point_where_no_robot_can_stand_has_no_route_at_once(goal, lost):
     loop = Loop()
-    drive = loop.navigator.start((-100.0, 0.0), loop.sensors)
+    if lost:
+        loop.navigator.localizer.forget()
+    assert loop.navigator.localizer.lost is lost
+    drive = loop.navigator.start(goal, loop.sensors)
+    assert drive.done
     assert drive.failure.reason is NavigationFailure.NO_ROUTE
+    assert "no route to" in drive.failure.text
 
 
 def test_a_point_that_is_no_place_is_reached():
