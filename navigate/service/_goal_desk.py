@@ -20,10 +20,14 @@ from navigate.service._helm import SENSOR_SECONDS, Helm, SilentRobotError
 from navigate.service._intake import Kind
 from navigate.service._sparing import Sparing
 from navigate.service._telling import Teller
-from tca_bus import Context, Module, TaskContext, TaskError
+from tca_bus import Context, Module, TaskContext, TaskError, TcaError
 from xavier_sim.messages import Sensors
 
 log = logging.getLogger(__name__)
+
+
+class NavigatorFailedError(TcaError):
+    """A drive ended since the navigator itself failed; the cause is what it failed with."""
 
 
 class GoalDesk:
@@ -34,6 +38,7 @@ class GoalDesk:
         self._errand: Drive | None = None
         self._ended, self._stopped_by, self._task = asyncio.Event(), "", ""
         self._waits, self._words = False, Sparing()
+        self._broken: Exception | None = None
         module.serve(NavigateToGoal, self._on_goal)
         module.serve(StopDriving, self._on_stop)
 
@@ -52,11 +57,18 @@ class GoalDesk:
             self._errand = self._navigator.start(self._errand.goal, self._helm.sensors)
             self._teller.began(self._errand, self._task)
 
+    def broke(self, error: Exception) -> None:
+        """The navigator failed, and has given up its goal: the drive under way ends with that."""
+        if self._errand is not None:
+            self._broken = error
+            self._ended.set()
+
     async def _on_goal(self, goal: NavigateToGoal, context: TaskContext) -> NavigationReport:
         point = (goal.x / CENTIMETRES, goal.y / CENTIMETRES)
         await self._check_on_map(point)
         sensors = await self._first_sensors(point)
         self._ended.clear()
+        self._broken = None
         self._task = context.id
         self._errand = errand = self._navigator.start(point, sensors)
         self._teller.began(errand, context.id)
@@ -146,8 +158,12 @@ class GoalDesk:
         return self._navigator.position()
 
     def _ending(self, errand: Drive, point: Point) -> NavigationReport:
-        report = self._navigator.report(errand)
         name = self._name(point)
+        if self._broken is not None:
+            error = self._broken
+            text = f"did not get to {name}: the navigator failed, {type(error).__name__}: {error}"
+            raise NavigatorFailedError(text) from error
+        report = self._navigator.report(errand)
         if self._stopped_by and report.outcome is NavigationFailure.CANCELLED:
             text = f"did not get to {name}: stopped by {self._stopped_by}"
             raise TaskError(NavigationFailure.CANCELLED, text, data=report)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import enum
 import logging
 import time
 from collections.abc import Awaitable, Callable
@@ -32,6 +33,12 @@ class SilentRobotError(Exception):
         super().__init__(f"the robot has sent no sensor readings of use for {seconds:.0f} s")
 
 
+class Broken(enum.Enum):
+    """What can fail in the navigator itself."""
+
+    STEP = enum.auto()
+
+
 class Helm:
     """Steps a navigator with each reading of one robot and answers it.
 
@@ -39,12 +46,18 @@ class Helm:
         navigator: what decides.
         module: that hears the robot.
         stepped: called after the navigator took in a reading; told whether time leapt before.
+        broke: called instead with what the navigator failed with, once it has given up its goal.
     """
 
     def __init__(
-        self, navigator: Navigator, module: Module, stepped: Callable[[bool], Awaitable[None]]
+        self,
+        navigator: Navigator,
+        module: Module,
+        stepped: Callable[[bool], Awaitable[None]],
+        broke: Callable[[Exception], None],
     ) -> None:
-        self._navigator, self._module, self._stepped = navigator, module, stepped
+        self._navigator, self._module = navigator, module
+        self._stepped, self._broke = stepped, broke
         self.sensors: Sensors | None = None
         self._heard = asyncio.Event()
         self._heard_at = 0.0
@@ -149,11 +162,29 @@ class Helm:
     async def _take_in(self, sensors: Sensors, *, leapt: bool) -> None:
         self.sensors = sensors
         await self._stop_first(sensors)
-        if leapt:
-            self._navigator.forget_after(sensors.time)
-        self._navigator.step(sensors)
+        error = self._think(sensors, leapt=leapt)
         self._heard.set()
-        await self._stepped(leapt)
+        if error is None:
+            await self._stepped(leapt)
+        else:
+            self._break_off(sensors, error)
+
+    def _think(self, sensors: Sensors, *, leapt: bool) -> Exception | None:
+        """Let the navigator decide; gives what it failed with, if it did."""
+        try:
+            if leapt:
+                self._navigator.forget_after(sensors.time)
+            self._navigator.step(sensors)
+        except Exception as error:
+            return error
+        return None
+
+    def _break_off(self, sensors: Sensors, error: Exception) -> None:
+        """Stand, since nothing was decided, and give up the goal; the next reading is a new try."""
+        self._navigator.cancel()
+        if self._words.may_say(Broken.STEP):
+            log.error("the navigator failed at tick %d and stands", sensors.tick, exc_info=error)
+        self._broke(error)
 
     def _say(self, sensors: Sensors, judged: Judgement) -> None:
         """Say once what is amiss, until readings are sound again; sparingly, if it comes and goes.

@@ -20,8 +20,11 @@ GAP = 5
 A counter that falls by more while time goes on is that of a robot that was started again.
 """
 
-STILL = 10
-"""Repetitions of a reading that nobody waits to have answered after which it is no news."""
+STILL = 3
+"""Repetitions of a reading that nobody waits to have answered from which on it is no news.
+
+A doubled one is repeated once; all the while that it is answered the robot drives blind.
+"""
 
 RUN = 3
 """Older readings in order, after which they are no stragglers: the time was set back."""

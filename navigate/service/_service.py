@@ -27,7 +27,7 @@ class NavigateService:
         self.module = Module(NAME, options=options, sole=True)
         self._navigator, self._kept = navigator, kept
         self._teller = Teller(navigator, self.module)
-        self._helm = Helm(navigator, self.module, self._stepped)
+        self._helm = Helm(navigator, self.module, self._stepped, self._broke)
         self._goals = GoalDesk(navigator, self.module, self._helm, self._teller)
         PositionDesk(navigator, self.module, self._helm, self._teller)
         MapDesk(navigator, self.module)
@@ -53,3 +53,6 @@ class NavigateService:
     async def _stepped(self, leapt: bool) -> None:
         self._goals.stepped(leapt=leapt)
         await self._teller.stepped()
+
+    def _broke(self, error: Exception) -> None:
+        self._goals.broke(error)

@@ -146,6 +146,11 @@ async def nothing(_leapt):
     """Do nothing after a step."""
 
 
+def fails(error):
+    """Let no step of the navigator fail unseen."""
+    raise error
+
+
 @pytest.fixture
 def wall(monkeypatch):
     """A wall clock that the test moves."""
@@ -156,7 +161,7 @@ def wall(monkeypatch):
 
 
 async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
-    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing, fails)
     for _ in range(5):
         await helm._on_sensors(reading(1, lockstep=True), ROBOT)
         helm.check_heard()
@@ -167,7 +172,7 @@ async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
 
 
 async def test_gaps_that_come_and_go_get_one_word_a_minute(wall, caplog):
-    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing, fails)
     for tick in itertools.chain.from_iterable((n, n + 1) for n in range(0, 200, 10)):
         await helm._on_sensors(reading(tick), ROBOT)
         wall.now += 2.0
@@ -177,7 +182,7 @@ async def test_gaps_that_come_and_go_get_one_word_a_minute(wall, caplog):
 async def test_useless_readings_that_come_and_go_get_one_word_a_minute_whatever_they_say(
     wall, caplog
 ):
-    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing, fails)
     for tick in range(20):
         fields = {} if tick % 2 else {"speed": 100.0 + tick}
         await helm._on_sensors(reading(tick, **fields), ROBOT)
@@ -189,7 +194,7 @@ async def test_useless_readings_that_come_and_go_get_one_word_a_minute_whatever_
 
 
 async def test_what_lasts_is_said_once_though_its_words_change(wall, caplog):
-    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing, fails)
     for tick in range(20):
         await helm._on_sensors(reading(tick, speed=100.0 + tick), ROBOT)
         wall.now += 10.0
@@ -255,7 +260,7 @@ async def test_two_robots_on_one_realm_are_one_to_the_navigator(wall, caplog):
     async def stepped(leapt):
         leaps.append(leapt)
 
-    helm = _helm.Helm(navigator, Deaf(), stepped)
+    helm = _helm.Helm(navigator, Deaf(), stepped, fails)
     other = SimpleNamespace(sender="other")
     for tick in range(20):
         await helm._on_sensors(reading(tick), ROBOT)
@@ -280,7 +285,7 @@ class Timed(Deaf):
 
 async def test_the_end_of_a_drive_waits_for_no_robot_on_the_wall_clock(monkeypatch, caplog):
     monkeypatch.setattr(_helm, "CLOCK_SECONDS", 0.01)
-    helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(WallClock()), nothing)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(WallClock()), nothing, fails)
     await helm._on_sensors(reading(437, 1e12, lockstep=True), ROBOT)
     await helm.until_told()
     assert "nobody tells the time" not in caplog.text
@@ -290,7 +295,7 @@ async def test_the_end_of_a_drive_waits_for_no_robot_on_the_wall_clock(monkeypat
 async def test_the_end_of_a_drive_waits_until_its_time_is_told(told, words, monkeypatch, caplog):
     monkeypatch.setattr(_helm, "CLOCK_SECONDS", 0.01)
     clock = ManualClock(0.0)
-    helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(clock), nothing)
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Timed(clock), nothing, fails)
     await helm._on_sensors(reading(437, lockstep=True), ROBOT)
     clock.move_to(told)
     await helm.until_told()
