@@ -8,6 +8,8 @@ from navigate.messages import Position
 def in_words(position: Position, *, heading: bool = True) -> str:
     """Where the robot believes to be, with or without its heading; first of all, if it is lost."""
     where = place_in_words(position, heading=heading)
+    if not position.heard and position.lost:
+        return f"no robot has been heard yet, and it may be elsewhere than at {where}"
     if not position.heard:
         return f"no robot has been heard yet: it is taken to be at {where}"
     if position.lost:

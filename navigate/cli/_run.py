@@ -12,7 +12,7 @@ from navigate.keeping import StateFile
 from navigate.maps import Floor, load_plan
 from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
-from navigate.position import DEFAULT_LOCALIZER, Picking, make_localizer
+from navigate.position import DEFAULT_LOCALIZER, Picking, Start, make_localizer
 from navigate.service import NavigateService
 from tca_bus import configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options
@@ -24,6 +24,7 @@ async def run(
     seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     localizer: LocalizerName = DEFAULT_LOCALIZER,
     policy: Picking = "voting",
+    start: Start = "known",
     data: Annotated[Path | None, Parameter(env_var="TCA_DATA")] = None,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
@@ -36,13 +37,16 @@ async def run(
             or odometry alone.
         policy: How a robot that is lost picks its way to the goal on the POMDP's belief, when that
             is spread out: by vote, by the most likely state, or by the least expected cost.
+        start: Where the robot is to begin with: where it was kept that it is, or else where the map
+            says; or anywhere, so that it looks for itself. Only the POMDP can.
         data: Folder in which the position is kept for the next start.
         flags: Shared flags.
     """
     configure_logging("navigate", level=flags.level, json=flags.json)
     floor = Floor(load_plan(map))
-    navigator = Navigator(
-        floor, localizer=make_localizer(localizer, floor, seed=seed, policy=policy)
-    )
+    chosen = make_localizer(localizer, floor, seed=seed, policy=policy, start=start)
     kept = StateFile(data) if data else None
-    await NavigateService(navigator, bus_options(flags), kept).run()
+    service = NavigateService(
+        Navigator(floor, localizer=chosen), bus_options(flags), kept, goes_on=start == "known"
+    )
+    await service.run()

@@ -1,7 +1,7 @@
 """Where the robot is: what is believed, and how surely."""
 
 from navigate.position._choice import DEFAULT as DEFAULT_LOCALIZER
-from navigate.position._choice import make_localizer
+from navigate.position._choice import Start, make_localizer
 from navigate.position._confidence import Confidence
 from navigate.position._expected import ExpectedRanges
 from navigate.position._localizer import Belief, Estimate, Localizer
@@ -24,5 +24,6 @@ __all__ = [
     "Picking",
     "Policy",
     "PomdpLocalizer",
+    "Start",
     "make_localizer",
 ]

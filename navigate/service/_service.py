@@ -18,14 +18,21 @@ NAME = "navigate"
 class NavigateService:
     """Serves a `Navigator` on the bus, with its state in ``kept`` if that is given.
 
+    It goes on from the state that is kept there, unless ``goes_on`` is false.
+
     Use: ``await NavigateService(navigator, options).run()``; it runs until cancelled.
     """
 
     def __init__(
-        self, navigator: Navigator, options: BusOptions | None, kept: StateFile | None = None
+        self,
+        navigator: Navigator,
+        options: BusOptions | None,
+        kept: StateFile | None = None,
+        *,
+        goes_on: bool = True,
     ) -> None:
         self.module = Module(NAME, options=options, sole=True)
-        self._navigator, self._kept = navigator, kept
+        self._navigator, self._kept, self._goes_on = navigator, kept, goes_on
         self._teller = Teller(navigator, self.module)
         self._helm = Helm(navigator, self.module, self._stepped, self._broke)
         self._goals = GoalDesk(navigator, self.module, self._helm, self._teller)
@@ -39,7 +46,7 @@ class NavigateService:
             BusGoneError: there is no router.
             RefusedError: there is a navigator on the realm.
         """
-        if self._kept is not None:
+        if self._kept is not None and self._goes_on:
             load(self._navigator, self._kept)
         async with self.module:
             if self._kept is not None:

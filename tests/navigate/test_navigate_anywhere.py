@@ -10,7 +10,7 @@ import pytest
 
 from navigate.maps import Floor
 from navigate.navigator import Navigator
-from navigate.position import Picking, PomdpLocalizer
+from navigate.position import Picking, make_localizer
 from xavier_sim.floors import load_floor
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
@@ -24,7 +24,7 @@ def test_it_finds_itself_on_the_way_by_each_policy(policy):
     world, floor = World(plan, seed=1), Floor(plan)
     world.place_robot(5.4, 3.9, -math.pi / 2)
     robot = RobotState(world, SimClock(1.0e9), speed=None)
-    localizer = PomdpLocalizer(floor, known=False, picking=policy)
+    localizer = make_localizer("pomdp", floor, policy=policy, start="anywhere")
     navigator = Navigator(floor, localizer=localizer)
     assert localizer.lost
     drive = navigator.start(floor.place("r-3"), robot.sensors())

@@ -321,6 +321,29 @@ async def test_bad_maps_and_missing_buses_have_their_exit_codes(tmp_path):
     assert "d-5303" in out
 
 
+@pytest.mark.parametrize(("start", "lost"), [("known", False), ("anywhere", True)])
+async def test_it_goes_on_from_what_was_kept_unless_the_robot_may_be_anywhere(
+    start, lost, tmp_path
+):
+    before = Navigator(Floor(load_plan()))
+    before.set_position("r-5303")
+    StateFile(tmp_path).save(before.snapshot())
+    async with bus() as options, Module("asker", options=options) as asker:
+        flags = ("--connect", options.connect, "--realm", options.realm)
+        words = ("run", "--start", start, "--data", str(tmp_path), *flags)
+        async with running(run_command(app, *words)):
+            await asker.wait_for(WhereAmI, timeout=20)
+            position = await asker.query(WhereAmI())
+    assert position.lost is lost
+    assert (position.room == "r-5303") is not lost
+
+
+async def test_a_localizer_that_cannot_start_anywhere_is_refused():
+    code, _, says = await navigate("run", "--start", "anywhere", "--localizer", "particles")
+    assert code == 2
+    assert "--start is 'anywhere', expected known, or --localizer pomdp" in says
+
+
 @pytest.mark.process
 async def test_the_process_serves_until_it_is_told_to_stop(tmp_path):
     async with bus() as options, Module("asker", options=options) as asker:

@@ -17,6 +17,7 @@ from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
 from navigate.position import DeadReckoning, make_localizer
 from navigate.position._localizer import in_cells
+from tca_bus import ConfigError
 
 FLOOR = Floor(true_plan())
 START = (FLOOR.plan.start.x, FLOOR.plan.start.y, FLOOR.plan.start_heading)
@@ -33,6 +34,13 @@ def test_it_starts_where_the_map_says(localizer):
     assert math.dist(localizer.estimate.pose[:2], START[:2]) < 0.1
     assert localizer.mass_near(*START[:2], within=1.0) > 0.9
     assert not localizer.lost
+
+
+def test_only_the_pomdp_starts_anywhere():
+    assert make_localizer("pomdp", FLOOR, start="anywhere").lost
+    for name in sorted({*NAMES} - {"pomdp"}):
+        with pytest.raises(ConfigError, match=f"--localizer pomdp: {name} finds no robot"):
+            make_localizer(name, FLOOR, start="anywhere")
 
 
 def test_its_belief_is_a_distribution(localizer):
