@@ -94,7 +94,8 @@ class Sight(BaseModel):
 class Look(Query[Sight]):
     """Have the camera look round for a door plate.
 
-    Fails with ``no_camera`` where nothing answers for one, and ``camera_gone`` where it is dead.
+    Fails with ``no_camera`` where nothing handles one, and ``camera_gone`` where it is dead, or
+    does not answer in time. If the router goes meanwhile it ends as any query does.
     """
 
     wire_name = "navigateLook"

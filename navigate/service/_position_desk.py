@@ -18,7 +18,16 @@ from navigate.navigator import Navigator
 from navigate.service._helm import Helm
 from navigate.service._map_desk import told_unknown
 from navigate.service._telling import Teller
-from tca_bus import Context, HandlerFailedError, Module, NoHandlerError, TaskContext, TaskError
+from tca_bus import (
+    Context,
+    HandlerFailedError,
+    Module,
+    NoHandlerError,
+    PeerLostError,
+    TaskContext,
+    TaskError,
+    TimedOutError,
+)
 from xavier_sim.messages import PlateReading, ReadPlate
 
 LOOK_SECONDS = 5.0
@@ -73,3 +82,5 @@ class PositionDesk:
             raise TaskError("no_camera", "the robot has no camera that reads plates") from error
         except HandlerFailedError as error:
             raise TaskError(error.failure.name, error.failure.text) from error
+        except (PeerLostError, TimedOutError) as error:
+            raise TaskError("camera_gone", f"the camera does not answer: {error}") from error

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 from navigate_loop import Loop
-from navigate_office import office
+from navigate_office import office, running
 
 from navigate.body import Condition
 from navigate.maps import Floor, load_plan
@@ -27,11 +27,12 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.reporting import belief_state, drive_progress, outlook
-from navigate.service import _sparing
+from navigate.service import NavigateService, _position_desk, _sparing
 from navigate.service._telling import Teller
 from navigate.service._whereabouts_log import WhereaboutsLog
-from tca_bus import HandlerFailedError, TaskFailedError
-from xavier_sim.messages import CameraPower, Fault
+from tca_bus import HandlerFailedError, Module, TaskFailedError
+from tca_bus.testing import bus
+from xavier_sim.messages import CameraPower, Fault, ReadPlate
 
 
 def test_progress_counts_down_along_the_route():
@@ -136,6 +137,37 @@ async def test_it_looks_and_is_told_what_is_seen():
         assert caught.value.failure.name == "unknown_room"
         state = await asker.query(Believed())
         assert sum(cell.mass for cell in state.cells) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.bus
+async def test_a_camera_that_hangs_or_dies_while_it_looks_is_gone(monkeypatch):
+    monkeypatch.setattr(_position_desk, "LOOK_SECONDS", 0.3)
+    begun = asyncio.Event()
+
+    async def hang(_query, _context):
+        begun.set()
+        await asyncio.Event().wait()
+
+    async with bus() as options, Module("asker", options=options) as asker:
+        service = NavigateService(Navigator(Floor(load_plan())), options)
+        async with running(service.run()):
+            await asker.wait_for(Look, timeout=10)
+            with pytest.raises(HandlerFailedError) as without:
+                await asker.query(Look())
+            camera = Module("camera", options=options)
+            camera.serve(ReadPlate, hang)
+            async with camera:
+                await service.module.wait_for(ReadPlate, timeout=10)
+                with pytest.raises(HandlerFailedError, match=r"no answer within 0\.3 s") as hangs:
+                    await asker.query(Look())
+                monkeypatch.setattr(_position_desk, "LOOK_SECONDS", 60.0)
+                begun.clear()
+                last = asyncio.ensure_future(asker.query(Look()))
+                await begun.wait()
+            with pytest.raises(HandlerFailedError, match="was lost") as dies:
+                await last
+    names = [caught.value.failure.name for caught in (without, hangs, dies)]
+    assert names == ["no_camera", "camera_gone", "camera_gone"]
 
 
 class Silence:
