@@ -16,7 +16,7 @@ from navigate.messages import (
 )
 from navigate.navigator import Navigator
 from navigate.routes import NoRouteError, show_point
-from navigate.service._helm import SENSOR_SECONDS, Helm, SilentRobotError
+from navigate.service._helm import Helm, SilentRobotError
 from navigate.service._intake import Kind
 from navigate.service._sparing import Sparing
 from navigate.service._telling import Teller
@@ -133,7 +133,7 @@ class GoalDesk:
         """
         while not self._ended.is_set():
             try:
-                async with asyncio.timeout(SENSOR_SECONDS):
+                async with asyncio.timeout(self._helm.patience()):
                     await self._ended.wait()
             except TimeoutError:
                 self._check_heard()

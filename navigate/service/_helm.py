@@ -17,7 +17,7 @@ from tca_bus import BusGoneError, ClosedError, Context, Module, NoHandlerError
 from xavier_sim.messages import DoorMoved, Drive, Sensors
 
 SENSOR_SECONDS = 30.0
-"""Wall seconds that a goal waits for a robot that says nothing yet."""
+"""Wall seconds that a goal waits for a robot that says nothing, or nothing any more."""
 
 CLOCK_SECONDS = 2.0
 """Wall seconds that the end of a drive waits for the time of its last tick to be told."""
@@ -60,7 +60,7 @@ class Helm:
         self._stepped, self._broke = stepped, broke
         self.sensors: Sensors | None = None
         self._heard = asyncio.Event()
-        self._heard_at = 0.0
+        self._silent_since = 0.0
         self._unheard = 0
         self._followed = Followed(self._is_present)
         self._intake = Intake()
@@ -70,7 +70,7 @@ class Helm:
         module.serve(DoorMoved, self._on_door_moved)
 
     async def first_sensors(self) -> Sensors:
-        """The latest reading.
+        """The latest reading; one who has been silent has time anew from now on.
 
         Raises:
             SilentRobotError: the robot has sent nothing for `SENSOR_SECONDS`.
@@ -81,7 +81,12 @@ class Helm:
         except TimeoutError as error:
             raise SilentRobotError(SENSOR_SECONDS) from error
         assert self.sensors is not None
+        self._silent_since = time.monotonic()
         return self.sensors
+
+    def patience(self) -> float:
+        """Wall seconds that the robot may go on saying nothing of use; 0.0 when they are over."""
+        return max(0.0, self._silent_since + SENSOR_SECONDS - time.monotonic())
 
     def check_heard(self) -> None:
         """Make sure that the robot still sends readings.
@@ -89,7 +94,7 @@ class Helm:
         Raises:
             SilentRobotError: it has sent none of use for `SENSOR_SECONDS`.
         """
-        if time.monotonic() - self._heard_at >= SENSOR_SECONDS:
+        if self.patience() == 0.0:
             raise SilentRobotError(SENSOR_SECONDS)
 
     async def stop(self) -> None:
@@ -149,7 +154,7 @@ class Helm:
         judged = self._intake.judge(sensors)
         self._say(sensors, judged)
         if judged.kind is not Kind.USELESS:
-            self._heard_at = time.monotonic()
+            self._silent_since = time.monotonic()
         match judged.kind:
             case Kind.LATE:
                 return

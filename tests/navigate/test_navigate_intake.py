@@ -18,10 +18,10 @@ from navigate_readings import reading
 from navigate.maps import Floor, load_plan
 from navigate.messages import NavigateToGoal, NavigationReport, StopDriving, WhereAmI
 from navigate.navigator import Navigator
-from navigate.service import NavigateService, _helm, _sparing
+from navigate.service import NavigateService, _goal_desk, _helm, _sparing
 from navigate.service._followed import GONE_SECONDS, MOST_NAMED, Followed
 from navigate.service._intake import STILL, Intake, Kind
-from tca_bus import InvalidMessageError, Module, TaskFailedError
+from tca_bus import InvalidMessageError, Module, TaskError, TaskFailedError
 from tca_bus._clock import WallClock
 from tca_bus.testing import ManualClock, bus, central, eventually
 from xavier_sim.messages import Drive
@@ -169,6 +169,49 @@ async def test_a_world_that_stands_still_but_says_so_is_no_silence(wall):
     wall.now += 20.0
     with pytest.raises(_helm.SilentRobotError, match="no sensor readings"):
         helm.check_heard()
+
+
+async def test_patience_with_a_robot_runs_from_its_last_reading_of_use_or_from_a_goal(wall):
+    helm = _helm.Helm(Navigator(Floor(load_plan())), Deaf(), nothing, fails)
+    await helm._on_sensors(reading(1), ROBOT)
+    wall.now += 20.0
+    assert helm.patience() == 10.0
+    await helm._on_sensors(reading(2, speed=math.nan), ROBOT)
+    assert helm.patience() == 10.0
+    await helm._on_sensors(reading(3), ROBOT)
+    assert helm.patience() == 30.0
+    wall.now += 40.0
+    assert helm.patience() == 0.0
+    await helm.first_sensors()
+    assert helm.patience() == 30.0
+
+
+class Watch:
+    """An errand that waits, on a wall clock that goes on by what is waited for."""
+
+    def __init__(self, wall):
+        self.wall, self.waited = wall, []
+
+    def timeout(self, seconds):
+        self.waited.append(seconds)
+        self.wall.now += seconds
+        return asyncio.timeout(0.0)
+
+
+async def test_a_drive_waits_for_its_robot_until_it_is_silent_for_so_long_and_no_longer(
+    wall, monkeypatch
+):
+    navigator, watch = Navigator(Floor(load_plan())), Watch(wall)
+    helm = _helm.Helm(navigator, Deaf(), nothing, fails)
+    desk = _goal_desk.GoalDesk(navigator, Deaf(), helm, None)
+    await helm._on_sensors(reading(1), ROBOT)
+    desk._errand = navigator.start((21.87, 70.0), helm.sensors)
+    wall.now += 12.0
+    fake = SimpleNamespace(timeout=watch.timeout)
+    monkeypatch.setattr(_goal_desk, "asyncio", fake)
+    with pytest.raises(TaskError, match="no sensor readings of use for 30 s"):
+        await desk._until_ended()
+    assert watch.waited == [18.0]
 
 
 async def test_gaps_that_come_and_go_get_one_word_a_minute(wall, caplog):
@@ -354,7 +397,6 @@ async def test_a_leap_in_time_begins_the_drive_anew_and_is_told_once(caplog):
 @pytest.mark.bus
 async def test_a_robot_that_falls_silent_ends_the_drive(monkeypatch):
     monkeypatch.setattr(_helm, "SENSOR_SECONDS", 0.3)
-    monkeypatch.setattr("navigate.service._goal_desk.SENSOR_SECONDS", 0.1)
     async with bus() as options, central(options):
         service, robot = NavigateService(Navigator(Floor(load_plan())), options), Robot(options)
         async with robot.module, running(service.run()):
