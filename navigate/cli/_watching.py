@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import time
 from collections.abc import AsyncIterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
@@ -36,8 +38,23 @@ NARROWEST, LOWEST = 40, 12
 AWAY = (BusGoneError, NoHandlerError, PeerLostError, TimedOutError)
 
 
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """How things stood ``age`` wall seconds ago; ``why`` there is no later one, if so."""
+
+    scene: Scene
+    age: float = 0.0
+    why: str = ""
+
+    def words(self) -> str:
+        """How old it is, and why."""
+        return f"no answer, the picture is {self.age:.0f} s old: {self.why}"
+
+
 async def watch_robot(module: Module, svg: Path | None, *, json: bool) -> None:
     """Show the robot until cancelled: in the terminal, or in the file ``svg``.
+
+    While nobody answers, the terminal says so above the last picture; otherwise it is said once.
 
     Raises:
         ConfigError: the file cannot be written.
@@ -48,36 +65,55 @@ async def watch_robot(module: Module, svg: Path | None, *, json: bool) -> None:
         return
     if svg is not None:
         note(f"drawing into {svg}")
-    async for scene in _scenes(module):
-        if svg is not None:
-            write(scene, svg)
-        if json:
-            emit_json(scene.outlook, line=True)
-        elif svg is None:
-            emit(_picture(scene, 100, 40) + "\n")
+    is_away = False
+    async for shot in _shots(module):
+        if bool(shot.why) is not is_away:
+            is_away = not is_away
+            note(shot.words() if is_away else "there are answers again")
+        if not is_away:
+            _show(shot.scene, svg, json=json)
+
+
+def _show(scene: Scene, svg: Path | None, *, json: bool) -> None:
+    if svg is not None:
+        write(scene, svg)
+    if json:
+        emit_json(scene.outlook, line=True)
+    elif svg is None:
+        emit(_picture(scene, 100, 40) + "\n")
 
 
 async def _on_terminal(module: Module) -> None:
     console = Console()
     with Live(console=console, screen=True, auto_refresh=False) as live:
-        async for scene in _scenes(module):
-            columns = max(NARROWEST, console.width)
-            live.update(Text(_picture(scene, columns, max(LOWEST, console.height))), refresh=True)
+        async for shot in _shots(module):
+            columns, rows = max(NARROWEST, console.width), max(LOWEST, console.height)
+            live.update(Text(_framed(shot, columns, rows)), refresh=True)
+
+
+def _framed(shot: Shot, columns: int, rows: int) -> str:
+    """The picture, under a line about its age if it is old."""
+    if not shot.why:
+        return _picture(shot.scene, columns, rows)
+    picture = _picture(shot.scene, columns, max(LOWEST, rows - 1))
+    return f"{shot.words()[:columns]}\n{picture}"
 
 
 def _picture(scene: Scene, columns: int, rows: int) -> str:
     return draw_text(scene.outlook, scene.plan, scene.world, columns=columns, rows=rows)
 
 
-async def _scenes(module: Module) -> AsyncIterator[Scene]:
-    """How things stand, each time that there is news; rests while the navigator is away."""
+async def _shots(module: Module) -> AsyncIterator[Shot]:
+    """How things stand, each time that there is news; while nobody answers, how they stood."""
     async with module.subscribe(Belief, size=1) as news:
-        scene = await look(module)
+        shot, at = Shot(await look(module)), time.monotonic()
         while True:
-            yield scene
+            yield shot
             await _news(news)
-            with contextlib.suppress(*AWAY):
-                scene = await look(module, scene.plan)
+            try:
+                shot, at = Shot(await look(module, shot.scene.plan)), time.monotonic()
+            except AWAY as error:
+                shot = replace(shot, age=time.monotonic() - at, why=str(error))
 
 
 async def _news(news: Subscription[Belief]) -> None:
