@@ -30,8 +30,10 @@ class Saved(BaseModel):
     """A world and its time.
 
     ``clock_start`` is the time of tick 0, seconds since the epoch. ``tick_limit`` is a tick that
-    the process will not pass before it has saved again: a restarted one begins behind it, so
-    that time never goes back.
+    the process will not pass before it has saved again: one that is restarted after a crash
+    begins behind it, so that time never goes back. ``stopped`` says that the process ended with
+    this very world, so that nobody has heard of a later tick. ``reflexes`` has the states of the
+    robots' own reflexes, by name.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -40,6 +42,8 @@ class Saved(BaseModel):
     clock_start: float
     tick_limit: int
     world: dict[str, Any]
+    stopped: bool = False
+    reflexes: dict[str, dict[str, Any]] = {}
 
 
 def write_atomically(path: Path, text: str) -> None:

@@ -36,6 +36,13 @@ class Outlet(Protocol):
         """Tell all who listen."""
 
 
+class Reflex(Protocol):
+    """Is told of every reading."""
+
+    def sense(self, reading: Reading) -> None:
+        """Take in the reading of a tick."""
+
+
 class Ahead:
     """The ticks that come, read from the file some at a time, on a thread."""
 
@@ -103,6 +110,7 @@ class RecordedRobot:
         self._doors = {_key(door): door for door in reader.beginning.doors}
         self._battery = reader.beginning.battery
         self._outlet: Outlet | None = None
+        self._reflex: Reflex | None = None
 
     @classmethod
     async def open(
@@ -145,8 +153,14 @@ class RecordedRobot:
         """Whether this is the last whole tick of the recording."""
         return self._ahead.is_empty
 
-    def saved(self) -> None:
+    def saved(self, *, stopped: bool = False) -> None:
         """Nothing of it is kept."""
+        del stopped
+
+    def attach(self, reflex: Reflex) -> None:
+        """Let the base's reflex sense this reading and all that come."""
+        reflex.sense(self.reading)
+        self._reflex = reflex
 
     async def advance(self, speed: float, turn_rate: float) -> Reading:
         """Say what it said at this tick, and go on to the next; the command is not obeyed.
@@ -160,6 +174,8 @@ class RecordedRobot:
         self._looks = 0
         self.played += 1
         await self._ahead.fill()
+        if self._reflex is not None:
+            self._reflex.sense(self.reading)
         return self.reading
 
     def may_tick(

@@ -9,6 +9,7 @@ from tca_bus import Module
 from xavier_sim.messages import Sensors, Standing, TrueLocation
 from xavier_sim.robot import Reading
 from xavier_sim.running._outlet import Outlet
+from xavier_sim.running._reflex import Reflex
 from xavier_sim.snapshots import Saved
 
 
@@ -49,6 +50,9 @@ class Plant(Protocol):
     def is_over(self) -> bool:
         """Whether this tick is its last."""
 
+    def attach(self, reflex: Reflex) -> None:
+        """Let the base's reflex sense each reading from this one on, or go on from where it was."""
+
     async def advance(self, speed: float, turn_rate: float) -> Reading:
         """Go on by a tick under a command in m/s and rad/s, and sense."""
 
@@ -60,8 +64,8 @@ class Plant(Protocol):
     def wake_by(self, wake: Callable[[], None]) -> None:
         """Be told whom to wake when something else than a message may let it tick."""
 
-    def saved(self) -> Saved | None:
-        """What to keep of it now; None for nothing."""
+    def saved(self, *, stopped: bool = False) -> Saved | None:
+        """What to keep of it now, or when it goes on no more; None for nothing."""
 
     def sensors(self) -> Sensors:
         """The reading of this tick as a message."""

@@ -66,8 +66,9 @@ class Reflex:
         return {"rooms": [self._rooms[number] for number in WATCH], "bump": self._bump}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go back to a snapshot."""
-        self._rooms = dict(zip(WATCH, state["rooms"], strict=True))
+        """Go back to a snapshot; None, as JSON has it, stands for no echo."""
+        rooms = [math.inf if room is None else float(room) for room in state["rooms"]]
+        self._rooms = dict(zip(WATCH, rooms, strict=True))
         self._bump = state["bump"]
 
     @property

@@ -28,7 +28,7 @@ from xavier_sim.running._plant import Plant
 from xavier_sim.running._quiet import Quiet
 from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._simulated_time import HOLD_LIMIT, Demands, TimeNews
-from xavier_sim.snapshots import SnapshotFile
+from xavier_sim.snapshots import Saved, SnapshotFile
 
 log = logging.getLogger(__name__)
 
@@ -62,10 +62,11 @@ class RobotModule:
         self._quiet, self._was_busy, self._has_news = Quiet(), False, False
         self._present: dict[str, str] = {}
         self._bell, self._reflex = asyncio.Event(), Reflex()
-        self._reflex.sense(state.reading)
+        state.attach(self._reflex)
         state.wake_by(self._bell.set)
         self._changed = True
         self._saved_at = float("-inf")
+        self._writing: asyncio.Future[None] | None = None
         self._sensors_sent = float("-inf")
         self._outlet = Outlet(self._module, witness, lambda: state.now, self._before_news)
         self._desk = state.open_desk(self._module, self._outlet, self._change)
@@ -80,16 +81,20 @@ class RobotModule:
             BusGoneError: there was no router to begin with.
             RefusedError: there is a robot on the realm.
         """
-        async with self._module:
-            self._module.start(self._watch_presence(), name="xavier presence")
-            await self._show_witness()
-            try:
+        has_begun = False
+        try:
+            async with self._module:
+                has_begun = True
+                self._module.start(self._watch_presence(), name="xavier presence")
+                await self._show_witness()
                 if self._state.speed is None:
                     await self._run_lockstep()
                 else:
                     await self._run_paced(self._state.speed)
-            finally:
-                await self._save()
+        finally:
+            # Only now nobody can change the world any more.
+            if has_begun:
+                await self._save(stopped=True)
 
     async def _run_paced(self, speed: float) -> None:
         metronome = Metronome(speed, time.monotonic())
@@ -198,7 +203,7 @@ class RobotModule:
             await self._save()
         speed, turn_rate = self._restrained(speed, turn_rate)
         self._note_command(speed, turn_rate)
-        self._reflex.sense(await self._state.advance(speed, turn_rate))
+        await self._state.advance(speed, turn_rate)
         self._changed = True
         await self._show_witness()
         if self._demands.reached(self._state.now, time.monotonic()):
@@ -246,14 +251,22 @@ class RobotModule:
         if self._changed and wall - self._saved_at > SAVE_AFTER:
             await self._save()
 
-    async def _save(self) -> None:
-        saved = self._state.saved()
+    async def _save(self, *, stopped: bool = False) -> None:
+        saved = self._state.saved(stopped=stopped)
         self._saved_at, self._changed = time.monotonic(), False
         if saved is None:
             return
         if self._store is not None:
-            await asyncio.to_thread(self._store.save, saved)
+            await self._write(self._store, saved)
         self._state.tick_limit = saved.tick_limit
+
+    async def _write(self, store: SnapshotFile, saved: Saved) -> None:
+        """Write a snapshot after the one before, which goes on though nobody awaits it any more."""
+        if self._writing is not None:
+            await asyncio.wait([self._writing])
+        loop = asyncio.get_running_loop()
+        self._writing = loop.run_in_executor(None, store.save, saved)
+        await asyncio.shield(self._writing)
 
     async def _watch_presence(self) -> None:
         async with self._module.watch_modules() as changes:

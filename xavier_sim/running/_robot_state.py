@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from tca_bus import Module
 from xavier_sim.messages import (
@@ -19,6 +20,7 @@ from xavier_sim.robot import Reading, Robot
 from xavier_sim.running._faults import fault_state
 from xavier_sim.running._outlet import Outlet
 from xavier_sim.running._pacing import may_tick
+from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._robot_desk import RobotDesk
 from xavier_sim.running._simulated_time import SimClock
 from xavier_sim.snapshots import Saved
@@ -45,6 +47,8 @@ class RobotState:
         self.world, self.clock, self.speed = world, clock, speed
         self.name = name or next(iter(world.robots))
         self.tick_limit = world.tick
+        self.reflex: Reflex | None = None
+        self._kept_reflex: Reflex | None = None
 
     @property
     def robot(self) -> Robot:
@@ -76,9 +80,24 @@ class RobotState:
         """Whether the next tick may come only after the world was saved."""
         return self.world.tick >= self.tick_limit
 
+    def attach(self, reflex: Reflex) -> None:
+        """Let the base's reflex sense each reading from this one on, or go on from where it was."""
+        if self._kept_reflex is None:
+            reflex.sense(self.reading)
+        else:
+            reflex.restore(self._kept_reflex.snapshot())
+        self.reflex = reflex
+
     async def advance(self, speed: float, turn_rate: float) -> Reading:
         """Drive for a tick, m/s and rad/s, and sense."""
-        return self.world.step(speed, turn_rate)
+        self.world.step(speed, turn_rate)
+        self.feel()
+        return self.reading
+
+    def feel(self) -> None:
+        """Let the reflex sense the reading of a new tick."""
+        if self.reflex is not None:
+            self.reflex.sense(self.reading)
 
     def may_tick(
         self, *, driven: bool, answered: bool, busy: bool, moving: bool, holding: bool
@@ -94,23 +113,42 @@ class RobotState:
         """Serve what is asked of the robot beside driving."""
         return RobotDesk(self, module, outlet, changed)
 
-    def saved(self) -> Saved:
-        """What to keep now; the next `tick_limit` is in it, and counts once it is on disk."""
-        limit = self.world.tick + RESERVE
-        snapshot = self.world.snapshot()
-        return Saved(clock_start=self.clock.start, tick_limit=limit, world=snapshot)
+    def saved(self, *, stopped: bool = False) -> Saved:
+        """What to keep now; the next `tick_limit` is in it, and counts once it is on disk.
+
+        Args:
+            stopped: whether this world goes on no more in this process.
+        """
+        return Saved(
+            clock_start=self.clock.start,
+            tick_limit=self.world.tick + RESERVE,
+            world=self.world.snapshot(),
+            stopped=stopped,
+            reflexes=self.reflexes(),
+        )
 
     def restore(self, saved: Saved, *, at_least: float) -> None:
-        """Go on from what was kept: at a tick and a time that nobody has heard of yet.
+        """Go on from what was kept: at that very tick, or after a crash at one nobody has heard of.
 
         Args:
             saved: of a world with the same floor.
             at_least: a time before which the clock must not stand, seconds since the epoch.
         """
-        tick = saved.tick_limit + 1
+        tick = saved.world["tick"] if saved.stopped else saved.tick_limit + 1
         self.world.restore({**saved.world, "tick": tick})
         self.clock = SimClock(saved.clock_start).moved_to(tick, at_least)
         self.tick_limit = tick
+        self.keep_reflex(saved)
+
+    def reflexes(self) -> dict[str, dict[str, Any]]:
+        """The states of the reflexes in this world, by the robot's name."""
+        return {self.name: self.reflex.snapshot()} if self.reflex is not None else {}
+
+    def keep_reflex(self, saved: Saved) -> None:
+        """Take from what was kept the state with which the robot's reflex is to go on."""
+        if self.name in saved.reflexes:
+            self._kept_reflex = Reflex()
+            self._kept_reflex.restore(saved.reflexes[self.name])
 
     def sensors(self) -> Sensors:
         """The reading of the current tick as a message."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from tca_bus import BusOptions, Module
 from xavier_sim.robot import Reading
@@ -58,6 +59,7 @@ class Team:
         first.restore(saved, at_least=at_least)
         for robot in others:
             robot.clock = first.clock
+            robot.keep_reflex(saved)
 
     def note(self, name: str, standing: Standing) -> None:
         """Take in how things stand with a robot; if that is new, the others look again."""
@@ -83,6 +85,8 @@ class Team:
             await self._wait_for_others()
             return self.world.robots[name].reading
         readings = self.world.step_all(self._commands)
+        for robot in self.robots:
+            robot.feel()
         self._commands = {}
         self._ticked.set()
         self._ticked = asyncio.Event()
@@ -150,6 +154,11 @@ class TeamRobot(RobotState):
         wants = super().may_tick(**how, moving=moving)
         self._team.note(self.name, Standing(self.tick, can=can, wants=wants))
         return can and self._team.may_tick
+
+    def reflexes(self) -> dict[str, dict[str, Any]]:
+        """The states of all reflexes of the team, by the robot's name."""
+        robots = self._team.robots
+        return {one.name: one.reflex.snapshot() for one in robots if one.reflex is not None}
 
     def wake_by(self, wake: Callable[[], None]) -> None:
         """Call this when another robot waits for this one."""
