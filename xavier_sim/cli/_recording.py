@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from tca_bus import BusOptions, configure_logging
 from tca_bus.cli import DEFAULT_FLAGS, BusFlags, bus_options, emit, emit_json, note
@@ -30,6 +32,7 @@ async def replay(
     *,
     speed: str = "1",
     goals: bool = False,
+    patience: Annotated[float, Parameter(validator=Number(gt=0.0))] = 600.0,
     flags: BusFlags = DEFAULT_FLAGS,
 ) -> None:
     """Play a recorded robot to the navigator in place of the simulated one, to its end.
@@ -40,12 +43,15 @@ async def replay(
             navigator's answer to it.
         goals: In lockstep, stand still where the recorded navigator had a goal until this one
             has one too; then it gives the same commands to the wheels.
+        patience: With --goals, wall seconds to stand still for a navigator or for its goal; then
+            the command ends with code 4.
         flags: Where the bus is.
     """
     configure_logging("xavier", level=flags.level, json=flags.json)
     pace = parse_speed(speed)
     with RecordingReader(file) as reader:
-        robot = await RecordedRobot.open(reader, speed=pace, goals=goals)
+        limit = patience if goals else math.inf
+        robot = await RecordedRobot.open(reader, speed=pace, goals=goals, patience=limit)
         note(f"playing {file}" + (", as fast as the navigator answers" if pace is None else ""))
         await RobotModule(robot, None, bus_options(flags)).run()
         _sum_up(robot, reader, flags)

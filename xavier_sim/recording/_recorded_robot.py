@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -93,6 +94,7 @@ class RecordedRobot:
         ahead: its ticks.
         speed: simulated seconds per wall second, None for lockstep.
         goals: whether to wait for goals.
+        patience: wall seconds to wait for one, or for a driver, at most.
     """
 
     def __init__(
@@ -102,8 +104,10 @@ class RecordedRobot:
         *,
         speed: float | None,
         goals: bool,
+        patience: float = math.inf,
     ) -> None:
         self.speed, self.played, self.tick_limit = speed, 1, 0
+        self.patience = patience
         self._reader, self._ahead, self._goals = reader, ahead, goals
         self._now = ahead.take()
         self._looks = 0
@@ -114,7 +118,12 @@ class RecordedRobot:
 
     @classmethod
     async def open(
-        cls, reader: RecordingReader, *, speed: float | None, goals: bool = False
+        cls,
+        reader: RecordingReader,
+        *,
+        speed: float | None,
+        goals: bool = False,
+        patience: float = math.inf,
     ) -> RecordedRobot:
         """Begin with the first tick of a recording.
 
@@ -125,7 +134,7 @@ class RecordedRobot:
         await ahead.fill()
         if ahead.is_empty:
             raise RecordingFileError(reader.path, NO_TICK)
-        return cls(reader, ahead, speed=speed, goals=goals)
+        return cls(reader, ahead, speed=speed, goals=goals, patience=patience)
 
     @property
     def tick(self) -> int:
@@ -183,9 +192,16 @@ class RecordedRobot:
     ) -> bool:
         """Whether it goes on in lockstep: when the driver has answered."""
         del moving
+        return answered and not holding and self.awaited(driven=driven, busy=busy) is None
+
+    def awaited(self, *, driven: bool, busy: bool) -> str | None:
+        """What it stands still for in lockstep, beside the answer of a driver that is there."""
+        if not driven:
+            return "a module that drives"
         command = self._now.command
-        waits = self._goals and command is not None and command.busy and not busy
-        return driven and answered and not holding and not waits
+        if self._goals and command is not None and command.busy and not busy:
+            return "a goal of its driver, as the recorded one had here"
+        return None
 
     def sensors(self) -> Sensors:
         """What it sensed at this tick, as it was then."""

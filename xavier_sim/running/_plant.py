@@ -24,11 +24,13 @@ class Plant(Protocol):
     """Something with wheels and sensors that goes on by control ticks.
 
     ``speed`` is simulated seconds per wall second, None for lockstep with the driver;
-    ``tick_limit`` a tick that it may not pass before it was kept.
+    ``tick_limit`` a tick that it may not pass before it was kept; ``patience`` wall seconds for
+    which it stands still at most for what it has `awaited`.
     """
 
     speed: float | None
     tick_limit: int
+    patience: float
 
     @property
     def tick(self) -> int:
@@ -60,6 +62,9 @@ class Plant(Protocol):
         self, *, driven: bool, answered: bool, busy: bool, moving: bool, holding: bool
     ) -> bool:
         """Whether it may go on by a tick in lockstep, or is at its end; as `may_tick`."""
+
+    def awaited(self, *, driven: bool, busy: bool) -> str | None:
+        """What it stands still for in lockstep, beside the answer of a driver that is there."""
 
     def wake_by(self, wake: Callable[[], None]) -> None:
         """Be told whom to wake when something else than a message may let it tick."""

@@ -28,6 +28,7 @@ from xavier_sim.running._plant import Plant
 from xavier_sim.running._quiet import Quiet
 from xavier_sim.running._reflex import Reflex
 from xavier_sim.running._simulated_time import HOLD_LIMIT, Demands, TimeNews
+from xavier_sim.running._standstill import Standstill
 from xavier_sim.snapshots import Saved, SnapshotFile
 
 log = logging.getLogger(__name__)
@@ -60,6 +61,7 @@ class RobotModule:
         self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._quiet, self._was_busy, self._has_news = Quiet(), False, False
+        self._standstill = Standstill(options.realm)
         self._present: dict[str, str] = {}
         self._bell, self._reflex = asyncio.Event(), Reflex()
         state.attach(self._reflex)
@@ -80,6 +82,7 @@ class RobotModule:
         Raises:
             BusGoneError: there was no router to begin with.
             RefusedError: there is a robot on the realm.
+            StandstillError: what a recording waits for has not come.
         """
         has_begun = False
         try:
@@ -113,6 +116,7 @@ class RobotModule:
                 # While the driver thinks: a tick that it has answered need not wait for the disk.
                 await self._save()
             await self._until_may_tick()
+            self._say_it_goes_on()
             if self._state.is_over:
                 return
             driven = self._driven
@@ -129,6 +133,7 @@ class RobotModule:
             self._bell.clear()
             wall = time.monotonic()
             self._clean_demands(wall)
+            self._say_what_is_awaited(wall)
             may_tick = self._may_tick()
             if self._settled:
                 await self._tell_time(resting=self._state.is_over or not may_tick)
@@ -171,6 +176,22 @@ class RobotModule:
                 module,
                 HOLD_LIMIT,
             )
+
+    def _say_what_is_awaited(self, wall: float) -> None:
+        tick, driven = self._state.tick, self._driven
+        if driven and not self._driver.answered(tick):
+            # Who drives may be held by a person with a debugger: for that there is no limit.
+            word = self._standstill.look(tick, f"module {self._driver.name} to answer", wall)
+        else:
+            what = self._state.awaited(driven=driven, busy=self._driver.busy(tick))
+            word = self._standstill.look(tick, what, wall, self._state.patience)
+        if word is not None:
+            log.warning("%s", word)
+
+    def _say_it_goes_on(self) -> None:
+        word = self._standstill.end(self._state.tick, time.monotonic())
+        if word is not None:
+            log.info("%s", word)
 
     @property
     def _driven(self) -> bool:

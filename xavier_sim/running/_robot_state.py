@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -46,7 +47,7 @@ class RobotState:
     ) -> None:
         self.world, self.clock, self.speed = world, clock, speed
         self.name = name or next(iter(world.robots))
-        self.tick_limit = world.tick
+        self.tick_limit, self.patience = world.tick, math.inf
         self.reflex: Reflex | None = None
         self._kept_reflex: Reflex | None = None
 
@@ -104,6 +105,9 @@ class RobotState:
     ) -> bool:
         """Whether time may move by a tick in lockstep; see `xavier_sim.running._pacing`."""
         return may_tick(driven=driven, answered=answered, busy=busy, moving=moving, holding=holding)
+
+    def awaited(self, *, driven: bool, busy: bool) -> None:
+        """A world without a driver, or whose driver has no goal, waits for nothing."""
 
     def wake_by(self, wake: Callable[[], None]) -> None:
         """Nothing but its driver and those who wait for a time move it."""
