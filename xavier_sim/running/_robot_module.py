@@ -17,6 +17,7 @@ from tca_bus import (
 )
 from xavier_sim.messages import Drive
 from xavier_sim.running._driver import STOP, Driver
+from xavier_sim.running._offenders import Offenders
 from xavier_sim.running._outlet import Outlet, Witness
 from xavier_sim.running._pacing import (
     ALONE_PAUSE,
@@ -61,7 +62,7 @@ class RobotModule:
         self._module = Module(MODULE, options=wall, sole=True)
         self._driver, self._demands, self._news = Driver(), Demands(), TimeNews()
         self._quiet, self._was_busy, self._has_news = Quiet(), False, False
-        self._standstill = Standstill(options.realm)
+        self._standstill, self._offenders = Standstill(options.realm), Offenders()
         self._present: dict[str, str] = {}
         self._bell, self._reflex = asyncio.Event(), Reflex()
         state.attach(self._reflex)
@@ -297,6 +298,7 @@ class RobotModule:
                     self._present[module.incarnation] = module.name
                 else:
                     self._present.pop(module.incarnation, None)
+                    self._offenders.forget(module.name)
                 if module.name == self._driver.name:
                     self._driver.forget()
                     self._sensors_sent = float("-inf")
@@ -308,8 +310,9 @@ class RobotModule:
             self._was_busy = drive.busy
             self._quiet.stir()
         if self._driver.hear(drive, context.sender, tick):
+            self._offenders.clear(context.sender)
             self._bell.set()
-        elif self._driver.ignored == 1:
+        elif self._offenders.offend(context.sender, time.monotonic()):
             log.warning("command of %s for tick %d ignored at %d", context.sender, drive.tick, tick)
 
     async def _on_await_time(self, demand: AwaitTime, _context: Context) -> None:
