@@ -1,6 +1,6 @@
 """Put the robot down somewhere else, untold, and see how soon it knows where it is.
 
-    python bench/kidnapped.py --places 50 --seed 0 --localizer pomdp
+    python bench/kidnapped.py --places 50 --seed 0 --localizer pomdp --profile hard
 
 The robot stands where it believes to be; then it is put down at a random place of the floor, with
 a random heading, and is led about by a guide who knows the way, from room to room, standing still
@@ -26,6 +26,8 @@ from navigate.messages import LocalizerName
 from navigate.navigator import Navigator
 from navigate.position import DeadReckoning, Estimate, make_localizer
 from xavier_sim.floors import load_floor
+from xavier_sim.messages import ProfileName
+from xavier_sim.profile import PROFILES
 from xavier_sim.running import RobotState, SimClock
 from xavier_sim.world import World
 
@@ -173,9 +175,11 @@ def kidnap(
     return outcome
 
 
-def run(places: int, seed: int, localizer: LocalizerName, *, verbose: bool) -> list[Outcome]:
+def run(
+    places: int, seed: int, localizer: LocalizerName, profile: ProfileName, *, verbose: bool
+) -> list[Outcome]:
     """Carry the robot off to so many places."""
-    world = World(load_floor("wean5"), seed)
+    world = World(load_floor("wean5"), seed, PROFILES[profile])
     robot = RobotState(world, SimClock(0.0), speed=None)
     floor, true_floor = Floor(load_plan()), Floor(world.plan)
     navigator = Navigator(floor, localizer=make_localizer(localizer, floor, seed=seed))
@@ -196,11 +200,13 @@ def main() -> None:
     parser.add_argument("--places", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--localizer", choices=get_args(LocalizerName), default="pomdp")
+    parser.add_argument("--profile", choices=get_args(ProfileName), default="xavier")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
-    outcomes = run(options.places, options.seed, options.localizer, verbose=options.verbose)
-    row = {"seed": options.seed, "localizer": options.localizer, **row_of(outcomes)}
+    named = {name: getattr(options, name) for name in ("seed", "localizer", "profile")}
+    outcomes = run(options.places, **named, verbose=options.verbose)
+    row = {**named, **row_of(outcomes)}
     lines = [f"{name:24} {value}" for name, value in row.items()]
     print(json.dumps(row) if options.json else "\n".join(lines))
 
