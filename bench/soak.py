@@ -23,7 +23,17 @@ from soaks.bus import soak_over_bus
 from navigate.messages import LocalizerName
 from xavier_sim.floors import DEFAULT_FLOOR
 from xavier_sim.messages import ProfileName
-from xavier_sim.soak import FAULT_KINDS, Job, Rate, SoakOptions, SoakRun, Summary
+from xavier_sim.profile import PROFILES
+from xavier_sim.soak import (
+    FAULT_KINDS,
+    FaultKind,
+    Job,
+    Rate,
+    SoakOptions,
+    SoakRun,
+    Summary,
+    possible_faults,
+)
 
 LOCALIZERS = sorted(get_args(LocalizerName))
 PLAIN, BUS = "plain", "over the bus"
@@ -83,11 +93,24 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("--bus", action="store_true", help="the plain run with all processes too")
     flags = parser.parse_args()
-    if flags.faults == []:
-        flags.faults = list(FAULT_KINDS)
+    flags.faults = faults_of(flags, parser)
     if flags.localizers == []:
         flags.localizers = LOCALIZERS
     return flags
+
+
+def faults_of(flags: argparse.Namespace, parser: argparse.ArgumentParser) -> list[FaultKind]:
+    """The kinds of faults to run: of all those that the robot can have, or an error."""
+    possible = possible_faults(PROFILES[flags.profile])
+    lacking = [kind for kind in flags.faults or FAULT_KINDS if kind not in possible]
+    what = f"a robot of profile {flags.profile} has no sensor for {', '.join(lacking)}"
+    if flags.faults and lacking:
+        parser.error(f"--faults: {what}")
+    if flags.faults == []:
+        if lacking:
+            print(f"not run: {what}", file=sys.stderr)
+        return list(possible)
+    return flags.faults or []
 
 
 def main() -> None:

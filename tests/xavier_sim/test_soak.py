@@ -24,6 +24,7 @@ from xavier_sim.soak import (
     SoakOptions,
     Way,
     load_factory,
+    possible_faults,
 )
 from xavier_sim.soak._doors import DoorKeeper
 from xavier_sim.soak._histogram import Histogram
@@ -221,6 +222,18 @@ def faults_of(world):
 def test_a_sensor_that_is_not_there_cannot_fail():
     with pytest.raises(NoSensorError):
         soak_of(profile="modern", fault="sonar-dead")
+
+
+@pytest.mark.parametrize("name", sorted(PROFILES))
+@pytest.mark.parametrize("kind", FAULT_KINDS)
+def test_which_faults_a_robot_can_have_is_known_before(name, kind):
+    world = World(load_floor(FLOOR), 1, PROFILES[name])
+    try:
+        Mishaps(kind, 1).begin(world)
+    except NoSensorError:
+        assert kind not in possible_faults(PROFILES[name])
+    else:
+        assert kind in possible_faults(PROFILES[name])
 
 
 def job_of(**facts):

@@ -90,6 +90,12 @@ def test_what_cannot_be_written_is_told_before_the_soak(tmp_path, flag, file):
         command("--hours", "1", flag, str(tmp_path / file))
 
 
+@pytest.mark.parametrize("fault", ["sonar-dead", "sonar-stuck"])
+def test_a_fault_of_a_sensor_that_the_robot_has_not_is_told_before_the_soak(fault):
+    with pytest.raises(ConfigError, match=rf"'{fault}', expected .* modern can have: camera, .*la"):
+        command("--hours", "1", "--profile", "modern", "--fault", fault)
+
+
 @pytest.mark.parametrize("hours", ["nan", "inf", "0", "-1"])
 def test_hours_are_some_and_not_endless(hours):
     with pytest.raises(CycloptsError, match="--hours"):

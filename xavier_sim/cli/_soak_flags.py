@@ -12,8 +12,9 @@ from tca_bus import ConfigError
 from xavier_sim.cli._worlds import Count
 from xavier_sim.floors import DEFAULT_FLOOR
 from xavier_sim.messages import ProfileName
+from xavier_sim.profile import PROFILES
 from xavier_sim.sensors import Rays
-from xavier_sim.soak import FaultKind, SoakOptions
+from xavier_sim.soak import FaultKind, SoakOptions, possible_faults
 
 ERRANDS = Group("Errands", sort_key=10)
 
@@ -57,7 +58,15 @@ class ErrandFlags:
     it is installed. The soak is the same."""
 
     def options(self, seed: int) -> SoakOptions:
-        """The options of the soak of a seed."""
+        """The options of the soak of a seed.
+
+        Raises:
+            ConfigError: The robot has no sensor of the kind that is to fail.
+        """
+        possible = possible_faults(PROFILES[self.profile])
+        if self.fault is not None and self.fault not in possible:
+            expected = f"one that a robot of profile {self.profile} can have: {', '.join(possible)}"
+            raise ConfigError("--fault", self.fault, expected)
         return SoakOptions(
             seed=seed,
             floor=self.map,

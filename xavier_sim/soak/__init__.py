@@ -19,7 +19,7 @@ from xavier_sim.soak._explaining import explain
 from xavier_sim.soak._figure_rows import figure_rows, reason_rows
 from xavier_sim.soak._jobs import ENDLESS, TIME_LIMIT, Job
 from xavier_sim.soak._loading import NavigatorError, load_factory, navigator_names
-from xavier_sim.soak._mishaps import FAULT_KINDS, FaultKind
+from xavier_sim.soak._mishaps import FAULT_KINDS, FaultKind, possible_faults
 from xavier_sim.soak._options import SoakOptions
 from xavier_sim.soak._postmortem import Company, PostMortem, RoomDoor, Stray
 from xavier_sim.soak._report import report
@@ -85,6 +85,7 @@ __all__ = [
     "figure_rows",
     "load_factory",
     "navigator_names",
+    "possible_faults",
     "reason_rows",
     "report",
     "together",

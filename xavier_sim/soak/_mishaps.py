@@ -18,7 +18,7 @@ from xavier_sim.messages import (
     WheelSlip,
 )
 from xavier_sim.noise import restore_stream, stream, stream_state
-from xavier_sim.profile import TICK
+from xavier_sim.profile import TICK, RobotProfile
 from xavier_sim.running import make_fault
 from xavier_sim.world import NotFreeError, World
 
@@ -60,6 +60,21 @@ AGAIN: dict[str, tuple[float, Callable[[Random, World], AnyFault]]] = {
     "slip": (600.0, _slipped),
 }
 """Faults that come again after so many simulated seconds."""
+
+
+def possible_faults(profile: RobotProfile) -> tuple[FaultKind, ...]:
+    """The kinds of faults for which a robot has what is to fail."""
+    return tuple(kind for kind in FAULT_KINDS if _is_possible(LASTING.get(kind), profile))
+
+
+def _is_possible(fault: AnyFault | None, profile: RobotProfile) -> bool:
+    match fault:
+        case SonarFault():
+            return profile.sonar is not None
+        case LaserOffset():
+            return profile.striper is not None or profile.lidar is not None
+        case _:
+            return True
 
 
 class Mishaps:
