@@ -94,7 +94,8 @@ async def nothing(_leapt):
 @pytest.mark.parametrize("lockstep", [False, True])
 async def test_the_stop_is_said_before_the_navigator_thinks(lockstep):
     navigator, module = Navigator(Floor(load_plan())), Listening()
-    helm = Helm(navigator, module, nothing)
+    failed = []
+    helm = Helm(navigator, module, nothing, failed.append)
     said_before = []
 
     def think(_sensors):
@@ -109,6 +110,7 @@ async def test_the_stop_is_said_before_the_navigator_thinks(lockstep):
     assert said_before == ([] if lockstep else stops)
     assert navigator.wheels != STOP
     assert module.said[-1].tick == 2
+    assert failed == []
 
 
 @asynccontextmanager
