@@ -28,13 +28,15 @@ class Standing(NamedTuple):
     metres: float
     jobs: int
     arrived: int
+    wrong: int
     wall: float
 
     def __str__(self) -> str:
         """The same in a line."""
         return (
-            f"{self.seconds / 3600:.2f} h, {self.metres / 1000:.2f} km, {self.arrived} of "
-            f"{self.jobs} jobs completed, {self.seconds / max(self.wall, 1e-9):.0f} x real time"
+            f"{self.seconds / 3600:.2f} h, {self.metres / 1000:.2f} km, {self.jobs} jobs: "
+            f"{self.arrived} completed, {self.jobs - self.arrived - self.wrong} rightly given up, "
+            f"{self.wrong} wrong; {self.seconds / max(self.wall, 1e-9):.0f} x real time"
         )
 
 
@@ -94,6 +96,7 @@ class SoakRun:
             metres=sum(job.metres for job in jobs),
             jobs=len(jobs),
             arrived=sum(job.arrived for job in jobs),
+            wrong=sum(job.went_wrong for job in jobs),
             wall=self.cost.wall,
         )
 
