@@ -65,22 +65,34 @@ def push_into(door: Passage, push: Push, seed: int, profile: ProfileName) -> Out
     floor = Floor(survey_floor(world.plan, sigma=SURVEY_SIGMA, seed=seed))
     navigator = Navigator(floor, seed=seed)
     room = next(space for space in door.spaces if space in floor.places)
-    sign = side_of(door, floor.place(room))
-    ahead = math.atan2(sign * door.normal[1], sign * door.normal[0])
-    x = door.centre[0] - BEFORE * math.cos(ahead) - push.aside * math.sin(ahead)
-    y = door.centre[1] - BEFORE * math.sin(ahead) + push.aside * math.cos(ahead)
+    x, y, ahead = before(door, floor.place(room), push.aside)
     world.place_robot(x, y, ahead + push.turned / 2)
     navigator.step(robot.sensors())
     navigator.localizer.place((x, y, ahead - push.turned / 2), spread=0.05, turn_spread=0.04)
-    drive = navigator.start(floor.place(room), robot.sensors())
-    before, bumps = world.tick, world.truth().bumps
-    while not drive.done and world.tick - before < MOST_TICKS:
+    return drive_into(room, door.name, navigator, robot)
+
+
+def before(door: Passage, inside: tuple[float, float], aside: float) -> tuple[float, float, float]:
+    """Where the robot is put: so far aside of the middle, looking along the axis."""
+    sign = side_of(door, inside)
+    ahead = math.atan2(sign * door.normal[1], sign * door.normal[0])
+    x = door.centre[0] - BEFORE * math.cos(ahead) - aside * math.sin(ahead)
+    y = door.centre[1] - BEFORE * math.sin(ahead) + aside * math.cos(ahead)
+    return x, y, ahead
+
+
+def drive_into(room: str, door: str, navigator: Navigator, robot: RobotState) -> Outcome:
+    """Drive until it is over, and judge that by the truth."""
+    world = robot.world
+    drive = navigator.start(navigator.floor.place(room), robot.sensors())
+    begun, bumps = world.tick, world.truth().bumps
+    while not drive.done and world.tick - begun < MOST_TICKS:
         world.step(navigator.wheels.speed, navigator.wheels.turn)
         navigator.step(robot.sensors())
     truth = world.truth()
     near = math.dist((truth.x, truth.y), world.place_of(room)) < NEAR
     arrived = drive.done and drive.failure is None and near
-    return Outcome(door.name, arrived, truth.bumps - bumps, (world.tick - before) * TICK)
+    return Outcome(door, arrived, truth.bumps - bumps, (world.tick - begun) * TICK)
 
 
 def pushes(degrees: float, aside: float) -> Iterator[Push]:

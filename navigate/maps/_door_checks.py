@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 
-from navigate.maps._faults import SLACK, fault
 from navigate.maps._floor import inset
+from navigate.maps._problems import SLACK, problem
 from navigate.maps._walls import TOUCH, Passage, doorway
 from tca_bus import did_you_mean
 from xavier_sim.messages import Door, Space
@@ -14,14 +14,14 @@ from xavier_sim.messages import Door, Space
 
 def check_doors(doors: Iterable[Door], spaces: dict[str, Space]) -> list[str]:
     """List what is wrong with each door by itself."""
-    return [problem for door in doors for problem in _check_door(door, spaces)]
+    return [found for door in doors for found in _check_door(door, spaces)]
 
 
 def check_gaps(doors: Iterable[Door], spaces: dict[str, Space]) -> list[str]:
     """List the sound doors that are where another one is."""
     passages = [doorway(door, spaces) for door in doors]
     return [
-        fault(
+        problem(
             f"door {other.name!r}: at", _point(*other.centre), f"a point beside door {one.name!r}"
         )
         for one, other in combinations(passages, 2)
@@ -31,13 +31,13 @@ def check_gaps(doors: Iterable[Door], spaces: dict[str, Space]) -> list[str]:
 
 def _check_door(door: Door, spaces: dict[str, Space]) -> Iterator[str]:
     if door.name in spaces:
-        yield fault("name of a door", door.name, "a name that no space has")
+        yield problem("name of a door", door.name, "a name that no space has")
     item, (one, other) = f"door {door.name!r}: between", door.between
     unknown = [name for name in door.between if name not in spaces]
     for name in unknown:
-        yield fault(item, name, f"the name of a space.{did_you_mean(name, spaces)}")
+        yield problem(item, name, f"the name of a space.{did_you_mean(name, spaces)}")
     if one == other:
-        yield fault(item, f"{one}, {other}", "two different spaces")
+        yield problem(item, f"{one}, {other}", "two different spaces")
     elif not unknown:
         yield from _check_wall(door, spaces)
 
@@ -48,10 +48,10 @@ def _check_wall(door: Door, spaces: dict[str, Space]) -> Iterator[str]:
     at = (door.at.x, door.at.y)
     if not _are_in_both(door, [at], spaces):
         expected = f"a point of the wall between {one!r} and {other!r}"
-        yield fault(f"door {door.name!r}: at", _point(*at), expected)
+        yield problem(f"door {door.name!r}: at", _point(*at), expected)
     elif not _are_in_both(door, doorway(door, spaces).jambs, spaces):
         expected = f"one with which the door at {_point(*at)} ends within the wall between "
-        yield fault(
+        yield problem(
             f"door {door.name!r}: width", f"{door.width:g}", f"{expected}{one!r}, {other!r}"
         )
 

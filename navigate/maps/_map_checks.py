@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from itertools import combinations
 
 from navigate.maps._door_checks import check_doors, check_gaps
-from navigate.maps._faults import SLACK, fault
 from navigate.maps._floor import inset, is_room
 from navigate.maps._place_checks import ROBOT_WIDTH, check_places, check_room, check_start
+from navigate.maps._problems import SLACK, problem
 from navigate.maps._walls import map_passages
 from xavier_sim.messages import FloorPlan, Space
 
@@ -50,18 +50,18 @@ def _check_names(plan: FloorPlan) -> list[str]:
     ):
         twice = sorted({name for name in names if names.count(name) > 1})
         expected = "a name that is used only once"
-        problems += [fault(f"name of a {kind}", name, expected) for name in twice]
-    return problems if plan.spaces else [fault("number of spaces", 0, "1 or more")]
+        problems += [problem(f"name of a {kind}", name, expected) for name in twice]
+    return problems if plan.spaces else [problem("number of spaces", 0, "1 or more")]
 
 
 def _check_sizes(plan: FloorPlan) -> list[str]:
     far = [
-        fault(f"corner of space {space.name!r}", f"{away:g} m from 0", f"{FARTHEST:g} m at most")
+        problem(f"corner of space {space.name!r}", f"{away:g} m from 0", f"{FARTHEST:g} m at most")
         for space in plan.spaces
         if (away := _farthest(space)) > FARTHEST
     ]
     return (far or _check_extent(plan)) + [
-        fault(
+        problem(
             f"extent of space {space.name!r} in {axis} ({low:g} to {high:g})",
             f"{high - low:g}",
             f"{LEAST_SPACE} m or more",
@@ -81,7 +81,7 @@ def _check_extent(plan: FloorPlan) -> list[str]:
     tall = max((at.y for at in highs), default=0.0) - min((at.y for at in lows), default=0.0)
     if wide * tall <= MOST_AREA:
         return []
-    return [fault("extent of the floor", f"{wide:g} m x {tall:g} m", f"{MOST_AREA:g} m² at most")]
+    return [problem("extent of the floor", f"{wide:g} m x {tall:g} m", f"{MOST_AREA:g} m² at most")]
 
 
 def _farthest(space: Space) -> float:
@@ -97,7 +97,7 @@ def _check_overlaps(spaces: Iterable[Space]) -> list[str]:
         if min(wide, high) > SLACK and (is_room(one) or is_room(other)):
             item = f"overlap of spaces {one.name!r} and {other.name!r}"
             expected = f"walls that do not cross by more than {SLACK} m"
-            problems.append(fault(item, f"{wide:.2f} m x {high:.2f} m", expected))
+            problems.append(problem(item, f"{wide:.2f} m x {high:.2f} m", expected))
     return problems
 
 
@@ -119,4 +119,4 @@ def _check_ways(plan: FloorPlan) -> list[str]:
         ahead.extend(sorted(new))
     cut_off = [space.name for space in plan.spaces if space.name not in reached]
     expected = f"a door wider than {ROBOT_WIDTH} m, or open floor, on the way from {start!r}"
-    return [fault(f"way to {name!r}", "none", expected) for name in cut_off]
+    return [problem(f"way to {name!r}", "none", expected) for name in cut_off]

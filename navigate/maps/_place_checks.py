@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from navigate.maps._faults import SLACK, fault
 from navigate.maps._floor import clearance_of, inset, is_room
+from navigate.maps._problems import SLACK, problem
 from navigate.maps._walls import wall_segments
 from tca_bus import did_you_mean
 from xavier_sim.messages import Corner, FloorPlan, Space
@@ -21,11 +21,11 @@ def check_places(plan: FloorPlan, spaces: dict[str, Space]) -> list[str]:
     for name, at in plan.places.items():
         if name not in spaces:
             hint = did_you_mean(name, spaces)
-            problems.append(fault("name of a place", name, f"the name of a space.{hint}"))
+            problems.append(problem("name of a place", name, f"the name of a space.{hint}"))
         elif inset(spaces[name], at.x, at.y) < -SLACK:
-            problems.append(fault(f"place of {name!r}", _point(at), f"a point inside {name!r}"))
+            problems.append(problem(f"place of {name!r}", _point(at), f"a point inside {name!r}"))
     problems += [
-        fault(f"place of {space.name!r}", None, "a point inside the room")
+        problem(f"place of {space.name!r}", None, "a point inside the room")
         for space in plan.spaces
         if is_room(space) and space.name not in plan.places
     ]
@@ -37,7 +37,7 @@ def check_start(plan: FloorPlan) -> list[str]:
     at = plan.start
     if any(inset(space, at.x, at.y) >= 0.0 for space in plan.spaces):
         return []
-    return [fault("start", _point(at), "a point inside a space")]
+    return [problem("start", _point(at), "a point inside a space")]
 
 
 def check_room(plan: FloorPlan) -> list[str]:
@@ -46,7 +46,7 @@ def check_room(plan: FloorPlan) -> list[str]:
     points = {f"place of {name!r}": at for name, at in plan.places.items()} | {"start": plan.start}
     free = {item: clearance_of(walls, at.x, at.y) for item, at in points.items()}
     return [
-        fault(
+        problem(
             item,
             _point(at),
             f"a point {side:g} m or more from any wall, not {free[item]:.3g}",

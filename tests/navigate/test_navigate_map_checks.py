@@ -183,7 +183,9 @@ def test_a_survey_may_bring_walls_and_doors_nearer(tmp_path, raw):
     beside = entry(raw, "doors", "d-5303")
     at = {"x": beside["at"]["x"], "y": beside["at"]["y"] + 0.75}
     raw["doors"].append({**beside, "name": "d-5303b", "at": at})
-    accepted(tmp_path, json.dumps(raw))
+    plan = accepted(tmp_path, json.dumps(raw))
+    assert plan.places["r-5303"].y == raw["places"]["r-5303"]["y"]
+    assert plan.doors[-1].name == "d-5303b"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,4 +1,4 @@
-"""A fault of a map as a sentence, and what is none: the errors of a survey."""
+"""What is wrong with a map as a sentence, and what is none: the errors of a survey."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ SLACK = 0.3
 """Metres by which what was surveyed may be off: more is no error of measuring."""
 
 
-def fault(item: str, value: object, expected: str) -> str:
+def problem(item: str, value: object, expected: str) -> str:
     """Say which item of a map is wrong, what it is, and what it should be."""
     return f"{item} is {str(value)[:120]!r}, expected {expected}"
